@@ -1,0 +1,87 @@
+//! The result at any moment of a run, in the input's units: what leaves the
+//! sampler for the screen and for files.
+
+use std::sync::Arc;
+
+use crate::geometry::Superquadric;
+
+/// The label of a point that belongs to no primitive.
+pub const UNASSIGNED: u32 = u32::MAX;
+
+/// One primitive of the abstraction.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Primitive {
+    /// Stable through the run: a primitive keeps its id from iteration to
+    /// iteration, and no other one gets it.
+    pub id: u32,
+    /// Pose and shape in input units.
+    pub shape: Superquadric,
+    /// Noise σ, in input units.
+    pub sigma: f64,
+    /// Number of samples that carry this primitive's label.
+    pub points: usize,
+    /// Mean Euclidean distance of those samples to the surface (first order:
+    /// |r|/|∇r|), in input units; 0 where there are none.
+    pub mean_distance: f64,
+}
+
+/// Which part of the run the state belongs to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Phase {
+    /// The k-means start; no iteration has been made.
+    Start,
+    /// Between Gibbs iterations.
+    Sampling,
+    /// All iterations are made; merging or merged by hand.
+    Merging,
+    /// Nothing is left to do.
+    Finished,
+}
+
+/// The clustering and the primitives at one moment, in input units.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Abstraction {
+    pub phase: Phase,
+    /// Gibbs iterations made so far.
+    pub iteration: u32,
+    /// For each sample the id of its primitive, or [`UNASSIGNED`].
+    pub labels: Arc<[u32]>,
+    pub primitives: Arc<[Primitive]>,
+    pub figures: Figures,
+}
+
+/// Figures of one state.
+#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+pub struct Figures {
+    /// Number of primitives, K.
+    pub clusters: usize,
+    /// Samples without a label.
+    pub unassigned: usize,
+    /// Mean Euclidean distance (first order) of the assigned samples to their
+    /// primitive, in input units.
+    pub mean_distance: f64,
+}
+
+/// One accepted merge and the numbers that spoke for it.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+pub struct MergeReport {
+    /// Ids of the two clusters that became one.
+    pub merged: (u32, u32),
+    /// Id of the cluster that stands for both (the larger one's).
+    pub into: u32,
+    /// Why, as one sentence for the person who looks on, with the numbers.
+    pub reason: String,
+}
+
+/// What happened between two states.
+#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Occurrence {
+    Born { id: u32, points: usize },
+    Died { id: u32 },
+    Split { id: u32, coverage: f64 },
+    Separated { id: u32 },
+    Froze { id: u32 },
+    Merged(MergeReport),
+}

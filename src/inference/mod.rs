@@ -1,0 +1,11 @@
+//! The sampler: Algorithm 1 of Wu et al. (ECCV 2022). Pure and seeded: the
+//! same cloud, parameters and seed give the same bits, whatever the number of
+//! threads. Works in a normalised frame; results leave in input units.
+
+pub mod abstraction;
+pub mod params;
+pub mod sampler;
+
+pub use abstraction::{Abstraction, Figures, MergeReport, Occurrence, Phase, Primitive, UNASSIGNED};
+pub use params::{MergeRule, Params};
+pub use sampler::{Cancel, InferenceError, Sampler};

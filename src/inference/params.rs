@@ -1,0 +1,86 @@
+//! What a person can turn: one struct for the sliders, the command line and
+//! the report.
+
+use serde::{Deserialize, Serialize};
+
+/// Parameters of the inference. The defaults are the paper's.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Params {
+    /// Concentration α of the Chinese Restaurant Process: the larger, the more
+    /// primitives are expected a priori.
+    pub alpha: f64,
+    /// Density p₀ that a new primitive gives to any point, per unit of the
+    /// normalised cloud.
+    pub p0: f64,
+    /// Number of Gibbs iterations T.
+    pub iterations: u32,
+    /// Number of clusters K at the start.
+    pub clusters: u32,
+    /// Seed of every random draw.
+    pub seed: u64,
+    /// Which clusters are merged, and by which test.
+    pub merge: MergeRule,
+    /// Freeze the points of well fitted clusters (a speed-up of the authors'
+    /// program that also locks mistakes in).
+    pub freeze: bool,
+}
+
+/// The test by which two clusters become one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
+#[serde(rename_all = "kebab-case")]
+pub enum MergeRule {
+    /// No merging.
+    None,
+    /// The thresholds of the authors' program, largest cluster first.
+    Paper,
+    /// The pair that shortens the description of the cloud most, first.
+    #[default]
+    DescriptionLength,
+}
+
+impl Default for Params {
+    fn default() -> Self {
+        Self {
+            alpha: 0.5,
+            p0: 0.1,
+            iterations: 30,
+            clusters: 30,
+            seed: 1,
+            merge: MergeRule::DescriptionLength,
+            freeze: false,
+        }
+    }
+}
+
+impl Params {
+    /// Limits of each parameter, as sliders and the command line offer them.
+    pub const ALPHA: (f64, f64) = (1e-3, 100.0);
+    pub const P0: (f64, f64) = (1e-6, 10.0);
+    pub const ITERATIONS: (u32, u32) = (1, 500);
+    pub const CLUSTERS: (u32, u32) = (1, 500);
+
+    /// The steps and defaults of the paper and its authors' program.
+    pub fn paper() -> Self {
+        Self { merge: MergeRule::Paper, freeze: true, ..Self::default() }
+    }
+
+    /// Says which parameter is out of its limits, if one is.
+    pub fn check(&self) -> Result<(), String> {
+        fn within<T: PartialOrd + std::fmt::Display>(
+            name: &str,
+            value: T,
+            (low, high): (T, T),
+        ) -> Result<(), String> {
+            if value >= low && value <= high {
+                Ok(())
+            } else {
+                Err(format!("{name} is {value}, but must lie between {low} and {high}"))
+            }
+        }
+        within("alpha", self.alpha, Self::ALPHA)?;
+        within("p0", self.p0, Self::P0)?;
+        within("iterations", self.iterations, Self::ITERATIONS)?;
+        within("clusters", self.clusters, Self::CLUSTERS)
+    }
+}

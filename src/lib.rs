@@ -1,0 +1,42 @@
+//! Superform: a 3D shape becomes a handful of tapered superquadrics.
+//!
+//! The crate implements the nonparametric Bayesian shape abstraction of Wu,
+//! Liu, Ruan and Chirikjian (*Primitive-based Shape Abstraction via
+//! Nonparametric Bayesian Inference*, ECCV 2022) as a library, a command line
+//! and, with the feature `window`, an interactive desktop viewer.
+//!
+//! # The map
+//!
+//! ```text
+//! file → io → geometry::SampleCloud → worker(inference) ── Arc<Snapshot> ──▶ session ─▶ ui / render
+//!                                          ▲──────────── Command ────────────────┘
+//! ```
+//!
+//! | module | what lives there | may use |
+//! |---|---|---|
+//! | [`geometry`] | the tapered superquadric, meshes, clouds, sampling, neighbours | nothing of ours |
+//! | [`inference`] | the sampler: seeded, pure, no clock | `geometry` |
+//! | [`io`] | reading and writing files | `geometry`, `inference` |
+//! | [`worker`] | the background thread and its protocol | `inference`, `io`, `geometry` |
+//! | [`session`] | what the window knows, as plain data | `worker`, `inference`, `io`, `geometry` |
+//! | `render` | wgpu pipelines | `geometry` |
+//! | `ui` | egui panels and the viewport | `session`, `render`, and what they use |
+//! | [`cli`] | the command line | `inference`, `io`, `worker`, `geometry` |
+//! | `app` | the window's composition root | all |
+//!
+//! `tests/architecture.rs` reads the `use crate::` lines and fails on a
+//! dependency that this table does not allow.
+
+pub mod cli;
+pub mod geometry;
+pub mod inference;
+pub mod io;
+pub mod session;
+pub mod worker;
+
+#[cfg(feature = "window")]
+pub mod app;
+#[cfg(feature = "window")]
+pub mod render;
+#[cfg(feature = "window")]
+pub mod ui;

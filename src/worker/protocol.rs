@@ -1,0 +1,119 @@
+//! The only types that cross between the worker's thread and its owner.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::time::Duration;
+
+use crate::geometry::SampleCloud;
+use crate::inference::{Abstraction, MergeReport, Occurrence, Params};
+use crate::io::Shape;
+
+/// How a shape is turned into samples.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct SamplingOptions {
+    /// Number of samples N.
+    pub points: usize,
+    pub seed: u64,
+}
+
+impl Default for SamplingOptions {
+    fn default() -> Self {
+        Self { points: 3500, seed: 1 }
+    }
+}
+
+/// Where a shape comes from.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Source {
+    File(PathBuf),
+    /// The shape that is built into the program.
+    BuiltIn,
+}
+
+/// What the owner asks of the worker. Commands are answered in order; a
+/// command that starts long work can be overtaken by `Pause` and by a newer
+/// `Load` or `Reset` (they raise the cancel flag on their way in).
+#[derive(Debug, Clone)]
+pub enum Command {
+    /// Read and sample a shape. On failure the present state stays.
+    Load {
+        source: Source,
+        sampling: SamplingOptions,
+    },
+    /// Sample the present shape anew and start over.
+    Resample(SamplingOptions),
+    /// Use these parameters from the next step on.
+    SetParams(Params),
+    /// Iterate until the run is finished (or paused). A finished run starts anew.
+    Run,
+    /// Stop after (or within) the present step; nothing is lost.
+    Pause,
+    StepIteration,
+    StepMerge,
+    /// Merge until no pair is acceptable.
+    MergeAll,
+    /// Back to the k-means start, with the present parameters.
+    Reset,
+    /// Write the segmented cloud of the present state.
+    ExportCloud(PathBuf),
+    /// Write the primitives of the present state.
+    ExportPrimitives(PathBuf),
+}
+
+/// A shape that has been read and sampled.
+#[derive(Debug)]
+pub struct LoadedShape {
+    /// Counts loads, so that late snapshots of another shape can be told apart.
+    pub generation: u64,
+    pub shape: Shape,
+    pub cloud: Arc<SampleCloud>,
+    pub sampling: SamplingOptions,
+}
+
+/// The state after a step.
+#[derive(Debug, Clone)]
+pub struct Snapshot {
+    /// The [`LoadedShape`] this belongs to.
+    pub generation: u64,
+    /// Counts the runs (starts and resets) of this generation.
+    pub run: u64,
+    pub abstraction: Abstraction,
+    /// The parameters in force in the step that led here.
+    pub params: Params,
+    /// What happened in that step.
+    pub occurrences: Vec<Occurrence>,
+    /// Time from the start of the run, pauses not counted.
+    pub elapsed: Duration,
+}
+
+/// What the worker is doing.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Activity {
+    #[default]
+    Idle,
+    Loading,
+    Running,
+    Merging,
+    Writing,
+}
+
+/// What the worker tells its owner.
+#[derive(Debug, Clone)]
+pub enum Event {
+    Loaded(Arc<LoadedShape>),
+    Snapshot(Arc<Snapshot>),
+    Activity(Activity),
+    /// The answer to `StepMerge` (and the last of `MergeAll`): the accepted
+    /// pair, or `None` if no pair is left.
+    MergeStep(Option<MergeReport>),
+    /// A file was written, whole.
+    Written {
+        path: PathBuf,
+        what: &'static str,
+    },
+    /// Something went wrong; the state is what it was before.
+    Failed {
+        what: String,
+        error: String,
+    },
+}
