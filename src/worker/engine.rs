@@ -83,7 +83,6 @@ pub(super) struct Engine<M> {
     pace: Pace,
     work: Work,
     next_step: Instant,
-    last_merge: Option<MergeReport>,
     present: Option<Present<M>>,
     generation: u64,
     owner_is_gone: bool,
@@ -104,7 +103,6 @@ impl<M: Machine> Engine<M> {
             pace: Pace::default(),
             work: Work::Nothing,
             next_step: Instant::now(),
-            last_merge: None,
             present: None,
             generation: 0,
             owner_is_gone: false,
@@ -222,7 +220,6 @@ impl<M: Machine> Engine<M> {
             return;
         }
         self.work = work;
-        self.last_merge = None;
         self.next_step = Instant::now();
     }
 
@@ -369,16 +366,11 @@ impl<M: Machine> Engine<M> {
             }
             Step::Merged(Some(report)) => {
                 self.emit_snapshot(self.params, vec![Occurrence::Merged(report.clone())]);
-                if done {
-                    self.emit(Event::MergeStep(Some(report)));
-                } else {
-                    self.last_merge = Some(report);
-                }
+                self.emit(Event::MergeStep(Some(report)));
             }
             Step::Merged(None) => {
                 done = true;
-                let last = self.last_merge.take();
-                self.emit(Event::MergeStep(last));
+                self.emit(Event::MergeStep(None));
             }
         }
         if done {

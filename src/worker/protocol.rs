@@ -137,8 +137,8 @@ pub enum Event {
     Loaded(Arc<LoadedShape>),
     Snapshot(Arc<Snapshot>),
     Activity(Activity),
-    /// The answer to `StepMerge` (and the last of `MergeAll`): the accepted
-    /// pair, or `None` if no pair is left.
+    /// A step of `StepMerge` or `MergeAll`, told after its snapshot: the
+    /// accepted pair, or `None` if no pair is left (`MergeAll` ends with it).
     MergeStep(Option<MergeReport>),
     /// A file was written, whole.
     Written {

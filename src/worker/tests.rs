@@ -246,6 +246,7 @@ fn merges_are_stepped_one_by_one_or_to_the_end() {
     let all = until_idle(&mut worker);
     assert_eq!(iterations(&all).len() as u32, MERGES_LEFT - 1);
     assert!(all.iter().any(|e| matches!(e, Event::MergeStep(Some(report)) if report.merged == (3, 9))));
+    assert!(all.iter().any(|e| matches!(e, Event::MergeStep(None))), "it ends by saying that none is left");
     worker.send(Command::StepMerge);
     let none = until_idle(&mut worker);
     assert!(none.iter().any(|e| matches!(e, Event::MergeStep(None))), "{none:?}");
@@ -292,14 +293,19 @@ fn an_owner_that_takes_no_events_can_send_and_drop() {
 #[test]
 fn dropping_stops_a_step_and_joins_the_thread() {
     let seed = STALLS_AT_THIRD + 2;
-    let mut worker = worker();
+    let owned = Arc::new(());
+    let in_thread = Arc::clone(&owned);
+    let mut worker = Worker::spawn_machine::<Scripted>(move || {
+        let _ = &in_thread;
+    })
+    .expect("a thread");
     load(&mut worker, seed);
     worker.send(Command::Run);
     wait_for_stall(seed);
-    let thread = worker.thread.as_ref().expect("a thread").thread().clone();
+    // The thread owns the callback: when it has ended, nobody holds `owned` any more.
+    assert_eq!(Arc::strong_count(&owned), 2);
     drop(worker);
-    // The thread's last handle outside is ours: it has let go of everything.
-    assert_eq!(thread.name(), Some("sampler"));
+    assert_eq!(Arc::strong_count(&owned), 1, "the thread outlived its owner");
 }
 
 #[test]
