@@ -41,6 +41,8 @@ pub enum Action {
     SetPivot(Point3<f64>),
     /// Width / height of the viewport.
     SetAspect(f64),
+    /// Closes the error box.
+    DismissErrors,
     /// Something outside the session went wrong.
     Tell { what: String, error: String },
     /// Something outside the session went well.

@@ -220,6 +220,7 @@ impl Session {
             Action::Zoom { cursor, factor } => self.camera.zoom_to(cursor, factor),
             Action::SetPivot(point) => self.camera.set_pivot(point),
             Action::SetAspect(aspect) => self.set_aspect(aspect),
+            Action::DismissErrors => self.messages.dismiss_errors(),
             Action::Tell { what, error } => self.messages.push(Level::Error, what, error),
             Action::Note(text) => self.messages.push(Level::Note, text, ""),
         }
