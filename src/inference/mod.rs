@@ -3,8 +3,20 @@
 //! threads. Works in a normalised frame; results leave in input units.
 
 pub mod abstraction;
+mod adjust;
+mod finish;
+mod fit;
+mod frame;
+mod kmeans;
+mod merge;
+mod moments;
 pub mod params;
 pub mod sampler;
+mod score;
+mod state;
+mod streams;
+mod sweep;
+mod trust_region;
 
 pub use abstraction::{Abstraction, Figures, MergeReport, Occurrence, Phase, Primitive, UNASSIGNED};
 pub use params::{MergeRule, Params};

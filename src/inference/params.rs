@@ -24,6 +24,9 @@ pub struct Params {
     /// Freeze the points of well fitted clusters (a speed-up of the authors'
     /// program that also locks mistakes in).
     pub freeze: bool,
+    /// At the end, give the points that the last sweep left waiting to the
+    /// nearest primitive, unless they are outliers.
+    pub assign_leftovers: bool,
 }
 
 /// The test by which two clusters become one.
@@ -49,6 +52,7 @@ impl Default for Params {
             seed: 1,
             merge: MergeRule::DescriptionLength,
             freeze: false,
+            assign_leftovers: true,
         }
     }
 }
@@ -62,7 +66,7 @@ impl Params {
 
     /// The steps and defaults of the paper and its authors' program.
     pub fn paper() -> Self {
-        Self { merge: MergeRule::Paper, freeze: true, ..Self::default() }
+        Self { merge: MergeRule::Paper, freeze: true, assign_leftovers: false, ..Self::default() }
     }
 
     /// Says which parameter is out of its limits, if one is.

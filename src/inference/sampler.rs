@@ -1,11 +1,29 @@
-//! The run as a machine of steps.
+//! The run as a machine of steps: Algorithm 1 of the paper.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use super::abstraction::{Abstraction, MergeReport, Occurrence};
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+use super::abstraction::{Abstraction, Figures, MergeReport, Occurrence, Phase, Primitive, UNASSIGNED};
+use super::adjust::{self, LATE_ITERATION};
+use super::finish;
+use super::fit::{Effort, START_SHRINK, fit};
+use super::frame::Frame;
+use super::kmeans::kmeans;
+use super::merge::{MergeCache, merge_once};
+use super::moments::ellipsoid_of_moments;
 use super::params::Params;
+use super::state::{Cluster, Model, SMALLEST_CLUSTER, State};
+use super::streams::{Purpose, stream};
+use super::sweep::sweep;
 use crate::geometry::SampleCloud;
+
+/// Iterations between two merge passes.
+const MERGE_INTERVAL: u32 = 15;
+/// Mean d² under which a cluster's points are frozen, where freezing is on.
+const FREEZE: f64 = 5e-3;
 
 /// A flag that asks long work to stop; cheap to clone and to test.
 #[derive(Debug, Clone, Default)]
@@ -23,8 +41,11 @@ impl Cancel {
 /// Why a run can't start or go on.
 #[derive(Debug, thiserror::Error)]
 pub enum InferenceError {
-    #[error("the cloud has {points} distinct points, but at least {needed} are needed to fit a primitive")]
-    TooFewPoints { points: usize, needed: usize },
+    #[error(
+        "the cloud has {points} distinct points, but a primitive needs more than {SMALLEST_CLUSTER}; \
+         use a denser cloud"
+    )]
+    TooFewPoints { points: usize },
     #[error("{0}")]
     Params(String),
     /// The step was cancelled; the state is the one before the step.
@@ -37,50 +58,249 @@ pub enum InferenceError {
 #[derive(Debug, Clone)]
 pub struct Sampler {
     params: Params,
+    state: State,
+    phase: Phase,
+    cache: MergeCache,
 }
 
 impl Sampler {
     /// Starts a run: normalises the cloud and clusters it by k-means.
     pub fn new(cloud: Arc<SampleCloud>, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
-        let _ = (cloud, cancel);
         params.check().map_err(InferenceError::Params)?;
-        Ok(Self { params })
+        let frame = Frame::of(&cloud.points);
+        let (Some(frame), true) = (frame, cloud.points.len() > SMALLEST_CLUSTER) else {
+            return Err(InferenceError::TooFewPoints { points: distinct(&cloud.points) });
+        };
+        let model = Arc::new(Model::new(frame, &cloud.points));
+        if cancel.is_requested() {
+            return Err(InferenceError::Cancelled);
+        }
+        let mut rng = stream(params.seed, Purpose::KMeans, 0, 0);
+        let labels = kmeans(&model.points, params.clusters as usize, &mut rng);
+        let mut state = State {
+            clusters: Vec::new(),
+            frozen: vec![false; labels.len()],
+            labels,
+            iteration: 0,
+            next_id: 0,
+            next_revision: 0,
+            model,
+        };
+        let count = state.labels.iter().max().map_or(0, |m| *m as usize + 1);
+        let mut members = vec![Vec::new(); count];
+        for (p, &label) in state.model.points.iter().zip(&state.labels) {
+            members[label as usize].push(*p);
+        }
+        for points in &members {
+            let shape = ellipsoid_of_moments(points, START_SHRINK, state.model.axis_floor());
+            let id = state.new_id();
+            let sigma = state.model.draw_first_sigma(&mut stream(params.seed, Purpose::StartSigma, 0, id));
+            let revision = state.new_revision();
+            state.clusters.push(Cluster { id, revision, shape, sigma });
+        }
+        // k-means may leave a centre without points.
+        state.remove_clusters(&members.iter().map(Vec::is_empty).collect::<Vec<_>>());
+        Ok(Self { params, state, phase: Phase::Start, cache: MergeCache::default() })
     }
 
     pub fn params(&self) -> &Params {
         &self.params
     }
 
-    /// Takes other parameters from the next step on. K (`clusters`) only
-    /// matters at the start of a run, and the seed likewise.
+    /// Takes other parameters from the next step on. K (`clusters`) and the
+    /// seed only matter at the start of a run: a change of K is kept for the
+    /// next one, a change of the seed takes the later draws elsewhere.
     pub fn set_params(&mut self, params: Params) -> Result<(), InferenceError> {
         params.check().map_err(InferenceError::Params)?;
+        if params.merge != self.params.merge {
+            self.cache = MergeCache::default();
+        }
         self.params = params;
         Ok(())
     }
 
-    /// Whether iterations (or, after the last, the merge) are still to be made.
+    /// Whether nothing is left to do with the present T.
     pub fn is_finished(&self) -> bool {
-        todo!()
+        self.phase == Phase::Finished && self.state.iteration >= self.params.iterations
+    }
+
+    /// Iterations made so far.
+    pub fn iteration(&self) -> u32 {
+        self.state.iteration
     }
 
     /// Makes the next Gibbs iteration with the merge pass that belongs to it
-    /// or, after the last one, finishes the run (final merges). On
-    /// `Cancelled` the state is as before the call.
+    /// or, after the last one, finishes the run. On `Cancelled` the state is
+    /// as before the call.
     pub fn step(&mut self, cancel: &Cancel) -> Result<Vec<Occurrence>, InferenceError> {
-        let _ = cancel;
-        todo!()
+        let mut next = self.clone();
+        let mut occurrences = Vec::new();
+        if next.state.iteration < next.params.iterations {
+            next.iterate(cancel, &mut occurrences);
+            next.phase = Phase::Sampling;
+        } else if next.phase != Phase::Finished {
+            next.finish(cancel, &mut occurrences);
+            next.phase = Phase::Finished;
+        }
+        if cancel.is_requested() {
+            return Err(InferenceError::Cancelled);
+        }
+        *self = next;
+        Ok(occurrences)
     }
 
     /// Makes the best acceptable merge of two clusters; `None` if no pair is
     /// acceptable. May be called between any two steps.
     pub fn step_merge(&mut self, cancel: &Cancel) -> Result<Option<MergeReport>, InferenceError> {
-        let _ = cancel;
-        todo!()
+        let mut state = self.state.clone();
+        // The cache stays even when the step is cancelled: it only holds facts.
+        let report = merge_once(&mut state, &mut self.cache, &self.params, cancel);
+        if cancel.is_requested() {
+            return Err(InferenceError::Cancelled);
+        }
+        self.state = state;
+        if report.is_some() && self.phase != Phase::Finished && self.state.iteration >= self.params.iterations
+        {
+            self.phase = Phase::Merging;
+        }
+        Ok(report)
+    }
+
+    fn iterate(&mut self, cancel: &Cancel, occurrences: &mut Vec<Occurrence>) {
+        let state = &mut self.state;
+        state.iteration += 1;
+        adjust::adjust(state, &self.params, cancel, occurrences);
+        if cancel.is_requested() {
+            return;
+        }
+        sweep(state, &self.params, occurrences);
+        self.optimize(cancel);
+        if self.params.freeze {
+            self.freeze(occurrences);
+        }
+        if self.state.iteration.is_multiple_of(MERGE_INTERVAL)
+            || self.state.iteration == self.params.iterations
+        {
+            self.merge_all(cancel, occurrences);
+        }
+    }
+
+    /// Fits every primitive to its points and draws its σ. Late in the run
+    /// only the largest connected component counts; the others are released.
+    fn optimize(&mut self, cancel: &Cancel) {
+        let state = &mut self.state;
+        let model = state.model.clone();
+        let late = state.iteration > LATE_ITERATION;
+        let members = state.members();
+        let fits: Vec<_> = (0..members.len())
+            .into_par_iter()
+            .map(|j| {
+                let released: Vec<u32>;
+                let kept: Vec<u32>;
+                if late {
+                    let mut parts = state.components(j as u32, &members[j]).into_iter();
+                    kept = parts.next().unwrap_or_default();
+                    released = parts.flatten().filter(|&i| !state.frozen[i as usize]).collect();
+                } else {
+                    kept = members[j].clone();
+                    released = Vec::new();
+                }
+                let warm = [state.clusters[j].shape];
+                let found = fit(&model.gather(&kept), &warm, model.axis_floor(), Effort::ITERATION, cancel);
+                (found, kept.len(), released)
+            })
+            .collect();
+        for (j, (found, n, released)) in fits.into_iter().enumerate() {
+            for i in released {
+                state.labels[i as usize] = UNASSIGNED;
+            }
+            let Some(found) = found else { continue };
+            let revision = state.new_revision();
+            let cluster = &mut state.clusters[j];
+            let mut rng = stream(self.params.seed, Purpose::Sigma, state.iteration, cluster.id);
+            cluster.shape = found.shape;
+            cluster.sigma = model.draw_sigma(found.cost, n, &mut rng);
+            cluster.revision = revision;
+        }
+    }
+
+    fn freeze(&mut self, occurrences: &mut Vec<Occurrence>) {
+        let members = self.state.members();
+        for (cluster, points) in self.state.clusters.iter().zip(&members) {
+            let gathered = self.state.model.gather(points);
+            let mean_d2 = super::trust_region::cost(&cluster.shape, &gathered) / points.len().max(1) as f64;
+            if mean_d2 <= FREEZE && points.iter().any(|&i| !self.state.frozen[i as usize]) {
+                occurrences.push(Occurrence::Froze { id: cluster.id });
+                for &i in points {
+                    self.state.frozen[i as usize] = true;
+                }
+            }
+        }
+    }
+
+    fn merge_all(&mut self, cancel: &Cancel, occurrences: &mut Vec<Occurrence>) {
+        while let Some(report) = merge_once(&mut self.state, &mut self.cache, &self.params, cancel) {
+            occurrences.push(Occurrence::Merged(report));
+        }
+        // Proposals of clusters that have changed since are never asked for again.
+        let alive = self.state.clusters.iter().map(|c| c.revision).collect();
+        self.cache.retain(&alive);
+    }
+
+    fn finish(&mut self, cancel: &Cancel, occurrences: &mut Vec<Occurrence>) {
+        if self.params.assign_leftovers {
+            finish::assign_leftovers(&mut self.state);
+        }
+        let _ = (cancel, occurrences);
     }
 
     /// The present state in input units.
     pub fn abstraction(&self) -> Abstraction {
-        todo!()
+        let state = &self.state;
+        let frame = &state.model.frame;
+        let members = state.members();
+        let primitives: Vec<Primitive> = state
+            .clusters
+            .iter()
+            .zip(&members)
+            .map(|(cluster, points)| {
+                let sum: f64 = points
+                    .iter()
+                    .map(|&i| cluster.shape.first_order_distance(&state.model.points[i as usize]))
+                    .sum();
+                Primitive {
+                    id: cluster.id,
+                    shape: frame.shape(&cluster.shape),
+                    sigma: frame.length(cluster.sigma),
+                    points: points.len(),
+                    mean_distance: frame.length(sum / points.len().max(1) as f64),
+                }
+            })
+            .collect();
+        let labels = state
+            .labels
+            .iter()
+            .map(|&l| if l == UNASSIGNED { UNASSIGNED } else { state.clusters[l as usize].id })
+            .collect();
+        let assigned: usize = primitives.iter().map(|p| p.points).sum();
+        let sum: f64 = primitives.iter().map(|p| p.mean_distance * p.points as f64).sum();
+        Abstraction {
+            phase: self.phase,
+            iteration: state.iteration,
+            labels,
+            figures: Figures {
+                clusters: primitives.len(),
+                unassigned: state.labels.len() - assigned,
+                mean_distance: sum / assigned.max(1) as f64,
+            },
+            primitives: primitives.into(),
+        }
     }
+}
+
+fn distinct(points: &[Point3<f64>]) -> usize {
+    let mut bits: Vec<[u64; 3]> = points.iter().map(|p| [p.x, p.y, p.z].map(f64::to_bits)).collect();
+    bits.sort_unstable();
+    bits.dedup();
+    bits.len()
 }

@@ -1,0 +1,133 @@
+//! Separate and split: the two tests, made before each sweep, that let go of
+//! points a primitive holds across empty space.
+
+use rayon::prelude::*;
+
+use super::abstraction::{Occurrence, UNASSIGNED};
+use super::fit::{Effort, fit};
+use super::kmeans::kmeans;
+use super::params::Params;
+use super::sampler::Cancel;
+use super::state::{Model, SMALLEST_CLUSTER, State};
+use super::streams::{Purpose, stream};
+use super::trust_region;
+use crate::geometry::neighbors::KdTree;
+use crate::geometry::{Superquadric, tessellate};
+
+/// The first iteration that separates and splits.
+const FIRST_ITERATION: u32 = 5;
+/// Mean d² above which a cluster in several pieces is separated, before and
+/// from [`LATE_ITERATION`] on.
+const SEPARATE: (f64, f64) = (1e-3, 1e-2);
+pub(crate) const LATE_ITERATION: u32 = 15;
+/// Coverage under which a cluster is split.
+const SMALLEST_COVERAGE: f64 = 0.7;
+/// A surface sample is covered by a point within this many mean spacings.
+const COVER_RADIUS: f64 = 1.1;
+/// Surface samples of one coverage test at most.
+const COVERAGE_SAMPLES: usize = 2000;
+
+/// The share of the primitive's surface, sampled at the mean spacing, that has
+/// one of `members` near by. A primitive that bridges empty space has little.
+pub(crate) fn coverage(model: &Model, shape: &Superquadric, members: &[u32]) -> f64 {
+    let samples = tessellate::surface_samples(shape, model.spacing, COVERAGE_SAMPLES);
+    if samples.is_empty() {
+        return 0.0;
+    }
+    let tree = KdTree::new(&model.gather(members));
+    let covered = samples.iter().filter(|s| tree.any_within(&s.0, COVER_RADIUS * model.spacing)).count();
+    covered as f64 / samples.len() as f64
+}
+
+/// What the tests ask of one cluster.
+enum Verdict {
+    Keep,
+    /// Keep these points and refit; let the others go.
+    Reduce {
+        keep: Vec<u32>,
+        shape: Superquadric,
+        sigma: f64,
+        occurrence: Occurrence,
+    },
+    Remove,
+}
+
+/// Separates and splits all clusters that need it. Clusters whose points are
+/// all frozen are left alone.
+pub(crate) fn adjust(state: &mut State, params: &Params, cancel: &Cancel, occurrences: &mut Vec<Occurrence>) {
+    if state.iteration < FIRST_ITERATION {
+        return;
+    }
+    let members = state.members();
+    let verdicts: Vec<Verdict> =
+        (0..members.len()).into_par_iter().map(|j| judge(state, params, j, &members[j], cancel)).collect();
+    let mut gone = vec![false; members.len()];
+    for (j, verdict) in verdicts.into_iter().enumerate() {
+        match verdict {
+            Verdict::Keep => {}
+            Verdict::Remove => {
+                gone[j] = true;
+                occurrences.push(Occurrence::Died { id: state.clusters[j].id });
+            }
+            Verdict::Reduce { keep, shape, sigma, occurrence } => {
+                for &i in &members[j] {
+                    state.labels[i as usize] = UNASSIGNED;
+                }
+                for i in keep {
+                    state.labels[i as usize] = j as u32;
+                }
+                let revision = state.new_revision();
+                let cluster = &mut state.clusters[j];
+                (cluster.shape, cluster.sigma, cluster.revision) = (shape, sigma, revision);
+                occurrences.push(occurrence);
+            }
+        }
+    }
+    state.remove_clusters(&gone);
+}
+
+fn judge(state: &State, params: &Params, j: usize, members: &[u32], cancel: &Cancel) -> Verdict {
+    let model = &state.model;
+    let cluster = &state.clusters[j];
+    if members.is_empty() {
+        return Verdict::Remove;
+    }
+    if members.iter().all(|&i| state.frozen[i as usize]) {
+        return Verdict::Keep;
+    }
+    let mut parts = state.components(j as u32, members);
+    let several = parts.len() > 1;
+    let largest = parts.swap_remove(0);
+
+    let limit = if state.iteration < LATE_ITERATION { SEPARATE.0 } else { SEPARATE.1 };
+    let mean_d2 = trust_region::cost(&cluster.shape, &model.gather(members)) / members.len() as f64;
+    let mut rng = stream(params.seed, Purpose::Split, state.iteration, cluster.id);
+    let mut reduce = |keep: Vec<u32>, warm: &[Superquadric], occurrence: Occurrence| {
+        let points = model.gather(&keep);
+        match fit(&points, warm, model.axis_floor(), Effort::ITERATION, cancel) {
+            Some(m) => {
+                let sigma = model.draw_sigma(m.cost, keep.len(), &mut rng);
+                Verdict::Reduce { keep, shape: m.shape, sigma, occurrence }
+            }
+            None => Verdict::Keep,
+        }
+    };
+    if several && mean_d2 > limit {
+        if largest.len() <= SMALLEST_CLUSTER {
+            return Verdict::Remove;
+        }
+        return reduce(largest, &[cluster.shape], Occurrence::Separated { id: cluster.id });
+    }
+    let coverage = coverage(model, &cluster.shape, members);
+    if coverage < SMALLEST_COVERAGE {
+        let mut rng = stream(params.seed, Purpose::Split, state.iteration, u32::MAX - cluster.id);
+        let halves = kmeans(&model.gather(&largest), 2, &mut rng);
+        let ones = halves.iter().filter(|&&h| h == 1).count() as u32;
+        let larger = u32::from(2 * ones as usize > halves.len());
+        let keep: Vec<u32> = largest.iter().zip(&halves).filter(|h| *h.1 == larger).map(|h| *h.0).collect();
+        if keep.len() > SMALLEST_CLUSTER {
+            return reduce(keep, &[], Occurrence::Split { id: cluster.id, coverage });
+        }
+    }
+    Verdict::Keep
+}

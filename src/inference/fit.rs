@@ -1,0 +1,102 @@
+//! The fit of one primitive to its points: several starts, and the two
+//! switches between similar configurations of Liu et al. (EMS, CVPR 2022).
+
+use nalgebra::{Point3, Rotation3, Vector3};
+
+use super::moments::{ellipsoid_of_moments, with_axis_as_z};
+use super::sampler::Cancel;
+use super::trust_region::{Minimum, Stop, minimize};
+use crate::geometry::Superquadric;
+
+/// The moments start of the paper is four times smaller than the points.
+pub(crate) const START_SHRINK: f64 = 0.25;
+/// A configuration must be better by this share to be taken over.
+const BETTER: f64 = 0.98;
+/// Switches of configuration in one fit.
+const MAX_SWITCHES: usize = 2;
+
+/// How much work a fit may do.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Effort {
+    /// LM steps to try a start or a configuration with.
+    pub(crate) probe: usize,
+    /// LM steps for the best one.
+    pub(crate) polish: usize,
+    /// Relative gain under which a step ends the polish.
+    pub(crate) tolerance: f64,
+}
+
+impl Effort {
+    /// Inside the Gibbs iterations: the next one goes on from here.
+    pub(crate) const ITERATION: Self = Self { probe: 6, polish: 8, tolerance: 1e-3 };
+    /// For merges and the end of a run, where nothing follows that could mend.
+    pub(crate) const THOROUGH: Self = Self { probe: 8, polish: 40, tolerance: 1e-4 };
+}
+
+/// Fits a primitive to `points` from the moments and, where given, from the
+/// primitive `warm`; of all starts and configurations the one with the
+/// smallest Σ r². `smallest_axis` bounds the semi-axes from below.
+///
+/// `None` when the fit was cancelled or no start gives a finite cost.
+pub(crate) fn fit(
+    points: &[Point3<f64>],
+    warm: &[Superquadric],
+    smallest_axis: f64,
+    effort: Effort,
+    cancel: &Cancel,
+) -> Option<Minimum> {
+    let probe =
+        |start: &Superquadric| minimize(points, start, smallest_axis, effort.probe, effort.tolerance, cancel);
+    let moments = ellipsoid_of_moments(points, START_SHRINK, smallest_axis);
+    let mut best = warm.iter().chain([&moments]).map(probe).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+
+    for _ in 0..MAX_SWITCHES {
+        let better = similar_configurations(&best.shape)
+            .into_iter()
+            .map(|start| probe(&start))
+            .find(|m| m.cost < BETTER * best.cost);
+        match better {
+            Some(m) => best = m,
+            None => break,
+        }
+    }
+    let polished = minimize(points, &best.shape, smallest_axis, effort.polish, effort.tolerance, cancel);
+    if polished.cost <= best.cost {
+        best = polished;
+    }
+    let usable = best.cost.is_finite() && best.shape.is_valid() && best.stop != Stop::Cancelled;
+    (usable && !cancel.is_requested()).then_some(best)
+}
+
+/// Configurations whose surface resembles that of `shape`, but from which the
+/// fit can descend elsewhere:
+/// *axis mismatch*, each of the other two axes as the axis of the profile, and
+/// *duality*, a square section of ε2 turned by 45° is nearly one of 2 − ε2.
+fn similar_configurations(shape: &Superquadric) -> Vec<Superquadric> {
+    let mut found = vec![with_axis_as_z(shape, 0), with_axis_as_z(shape, 1)];
+    for axis in [2, 0, 1] {
+        let as_z = with_axis_as_z(shape, axis);
+        let (ax, ay) = (as_z.semi_axes.x, as_z.semi_axes.y);
+        if (ax - ay).abs() <= 0.1 * ax.max(ay) {
+            let e2 = as_z.exponents[1];
+            // A square's half-diagonal is √2 times its half-side, with a linear
+            // passage between the box (0), the circle (1) and the diamond (2).
+            let sqrt2 = std::f64::consts::SQRT_2;
+            let length = if e2 <= 1.0 {
+                (1.0 - sqrt2) * e2 + sqrt2
+            } else {
+                (sqrt2 / 2.0 - 1.0) * e2 + 2.0 - sqrt2 / 2.0
+            };
+            let a = 0.5 * (ax + ay) * length;
+            found.push(Superquadric {
+                exponents: [as_z.exponents[0], 2.0 - e2],
+                semi_axes: Vector3::new(a, a, as_z.semi_axes.z),
+                rotation: as_z.rotation
+                    * Rotation3::from_axis_angle(&Vector3::z_axis(), std::f64::consts::FRAC_PI_4),
+                taper: [0.0, 0.0],
+                ..as_z
+            });
+        }
+    }
+    found
+}

@@ -1,0 +1,257 @@
+//! Merging: propose one primitive for the points of two clusters, and test
+//! it. Two rules: the authors' thresholds, and the description length.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use nalgebra::Vector3;
+use rayon::prelude::*;
+
+use super::abstraction::{MergeReport, UNASSIGNED};
+use super::adjust::LATE_ITERATION;
+use super::fit::{Effort, fit};
+use super::params::{MergeRule, Params};
+use super::sampler::Cancel;
+use super::score::describe;
+use super::state::State;
+use super::streams::{Purpose, stream};
+use super::trust_region;
+use crate::geometry::Superquadric;
+
+/// Paper: the pair must fill this share of what holds both.
+const FILL: f64 = 0.7;
+/// Paper: mean squared relative radial error under which a union is good.
+const RELATIVE: f64 = 5e-3;
+/// Paper: mean d² under which a union is good, in the first pass and later.
+const MEAN_D2: (f64, f64) = (1e-3, 1e-2);
+
+/// One primitive for two clusters.
+#[derive(Debug, Clone)]
+struct Proposal {
+    shape: Superquadric,
+    /// Σ d² of the union.
+    cost: f64,
+    /// What the merge gains: nats of description length, or 1 where the
+    /// paper's test says yes.
+    gain: f64,
+    reason: String,
+}
+
+/// Proposals by the revisions of the two clusters: what did not change since
+/// needs no second fit. `None`: tried, and not acceptable.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct MergeCache(BTreeMap<(u64, u64), Option<Proposal>>);
+
+impl MergeCache {
+    /// Forgets proposals of clusters that are not `alive`, by revision.
+    pub(crate) fn retain(&mut self, alive: &BTreeSet<u64>) {
+        self.0.retain(|(a, b), _| alive.contains(a) && alive.contains(b));
+    }
+}
+
+/// Makes the best acceptable merge, if there is one.
+pub(crate) fn merge_once(
+    state: &mut State,
+    cache: &mut MergeCache,
+    params: &Params,
+    cancel: &Cancel,
+) -> Option<MergeReport> {
+    let members = state.members();
+    let (a, b, proposal) = match params.merge {
+        MergeRule::None => return None,
+        MergeRule::DescriptionLength => best_by_description(state, &members, cache, cancel)?,
+        MergeRule::Paper => first_by_thresholds(state, &members, cache, cancel)?,
+    };
+    if cancel.is_requested() {
+        return None;
+    }
+    Some(apply(state, params, a, b, proposal))
+}
+
+/// All pairs of clusters of which some points are neighbours, each with the
+/// smaller index first.
+fn neighbors(state: &State) -> Vec<(usize, usize)> {
+    let mut pairs = BTreeSet::new();
+    for (i, &a) in (0u32..).zip(&state.labels) {
+        if a == UNASSIGNED {
+            continue;
+        }
+        for &j in state.model.graph.of(i) {
+            let b = state.labels[j as usize];
+            if b != UNASSIGNED && a < b {
+                pairs.insert((a as usize, b as usize));
+            }
+        }
+    }
+    pairs.into_iter().collect()
+}
+
+fn union(members: &[Vec<u32>], a: usize, b: usize) -> Vec<u32> {
+    let mut all: Vec<u32> = members[a].iter().chain(&members[b]).copied().collect();
+    all.sort_unstable();
+    all
+}
+
+/// The pair of neighbours whose merge shortens the description most.
+fn best_by_description(
+    state: &State,
+    members: &[Vec<u32>],
+    cache: &mut MergeCache,
+    cancel: &Cancel,
+) -> Option<(usize, usize, Proposal)> {
+    let pairs = neighbors(state);
+    let key = |a: usize, b: usize| (state.clusters[a].revision, state.clusters[b].revision);
+    let model = &state.model;
+    let total = model.points.len();
+    let missing: Vec<(usize, usize)> =
+        pairs.iter().copied().filter(|&(a, b)| !cache.0.contains_key(&key(a, b))).collect();
+    if !missing.is_empty() {
+        let alone: Vec<f64> = (0..members.len())
+            .into_par_iter()
+            .map(|j| {
+                let points = model.gather(&members[j]);
+                if points.is_empty() {
+                    return 0.0;
+                }
+                describe(&state.clusters[j].shape, &points, total, model.spacing).length
+            })
+            .collect();
+        let fitted: Vec<_> = missing
+            .par_iter()
+            .map(|&(a, b)| {
+                let points = model.gather(&union(members, a, b));
+                let warm = [state.clusters[a].shape, state.clusters[b].shape];
+                let m = fit(&points, &warm, model.axis_floor(), Effort::THOROUGH, cancel)?;
+                let together = describe(&m.shape, &points, total, model.spacing);
+                let gain = alone[a] + alone[b] - together.length;
+                let reason = format!(
+                    "one primitive describes both {gain:.0} nats shorter (rms distance {:.3} mean spacings)",
+                    together.rms / model.spacing
+                );
+                (gain > 0.0).then_some(Proposal { shape: m.shape, cost: m.cost, gain, reason })
+            })
+            .collect();
+        if cancel.is_requested() {
+            return None;
+        }
+        for (&(a, b), proposal) in missing.iter().zip(fitted) {
+            cache.0.insert(key(a, b), proposal);
+        }
+    }
+    let mut best: Option<(usize, usize, &Proposal)> = None;
+    for (a, b) in pairs {
+        if let Some(Some(p)) = cache.0.get(&key(a, b))
+            && best.is_none_or(|other| p.gain > other.2.gain)
+        {
+            best = Some((a, b, p));
+        }
+    }
+    best.map(|(a, b, p)| (a, b, p.clone()))
+}
+
+/// The paper's order: clusters by size, the largest against every smaller one.
+fn first_by_thresholds(
+    state: &State,
+    members: &[Vec<u32>],
+    cache: &mut MergeCache,
+    cancel: &Cancel,
+) -> Option<(usize, usize, Proposal)> {
+    let mut order: Vec<usize> = (0..members.len()).collect();
+    order.sort_by_key(|&j| (std::cmp::Reverse(members[j].len()), j));
+    for (rank, &a) in order.iter().enumerate() {
+        for &b in &order[rank + 1..] {
+            if cancel.is_requested() {
+                return None;
+            }
+            let key = (state.clusters[a].revision, state.clusters[b].revision);
+            let proposal =
+                cache.0.entry(key).or_insert_with(|| propose_by_thresholds(state, members, a, b, cancel));
+            if let Some(p) = proposal {
+                return Some((a, b, p.clone()));
+            }
+        }
+    }
+    None
+}
+
+fn propose_by_thresholds(
+    state: &State,
+    members: &[Vec<u32>],
+    a: usize,
+    b: usize,
+    cancel: &Cancel,
+) -> Option<Proposal> {
+    let model = &state.model;
+    let (first, second) = (&state.clusters[a].shape, &state.clusters[b].shape);
+    let parts = [model.gather(&members[a]), model.gather(&members[b])];
+    let points = model.gather(&union(members, a, b));
+    let box_volume = |points: &[nalgebra::Point3<f64>]| {
+        let mut lo = Vector3::repeat(f64::INFINITY);
+        let mut hi = Vector3::repeat(f64::NEG_INFINITY);
+        for p in points {
+            let p = first.local(p);
+            lo = lo.inf(&p);
+            hi = hi.sup(&p);
+        }
+        (hi - lo).product()
+    };
+    if box_volume(&parts[0]) + box_volume(&parts[1]) < FILL * box_volume(&points) {
+        return None;
+    }
+    let m = fit(&points, &[*first, *second], model.axis_floor(), Effort::THOROUGH, cancel)?;
+    if first.volume() + second.volume() < FILL * m.shape.volume() {
+        return None;
+    }
+    let relative = |shape: &Superquadric, points: &[nalgebra::Point3<f64>]| {
+        let sum: f64 = points
+            .iter()
+            .map(|p| {
+                let q = shape.untapered(&shape.local(p)).norm().max(model.axis_floor());
+                (shape.radial_distance(p) / q).powi(2)
+            })
+            .sum();
+        sum / points.len().max(1) as f64
+    };
+    let mean_d2 = |shape: &Superquadric, points: &[nalgebra::Point3<f64>]| {
+        trust_region::cost(shape, points) / points.len().max(1) as f64
+    };
+    let joint_relative = relative(&m.shape, &points);
+    let worse_relative = relative(first, &parts[0]).max(relative(second, &parts[1]));
+    let joint = m.cost / points.len().max(1) as f64;
+    let worse = mean_d2(first, &parts[0]).max(mean_d2(second, &parts[1]));
+    let limit = if state.iteration <= LATE_ITERATION { MEAN_D2.0 } else { MEAN_D2.1 };
+    let reason = if joint_relative <= worse_relative {
+        format!("relative error² {joint_relative:.1e} is no worse than {worse_relative:.1e} of the two alone")
+    } else if joint_relative < RELATIVE {
+        format!("relative error² {joint_relative:.1e} is below {RELATIVE:.1e}")
+    } else if joint < limit {
+        format!("mean d² {joint:.1e} is below {limit:.1e}")
+    } else if joint < worse {
+        format!("mean d² {joint:.1e} is less than {worse:.1e} of the two alone")
+    } else {
+        return None;
+    };
+    Some(Proposal { shape: m.shape, cost: m.cost, gain: 1.0, reason })
+}
+
+/// Replaces clusters `a` and `b` by the proposal; the larger one's id stays.
+fn apply(state: &mut State, params: &Params, a: usize, b: usize, proposal: Proposal) -> MergeReport {
+    let members = state.members();
+    let (keep, drop) = if members[b].len() > members[a].len() { (b, a) } else { (a, b) };
+    let n = members[a].len() + members[b].len();
+    for &i in &members[drop] {
+        state.labels[i as usize] = keep as u32;
+    }
+    for &i in members[a].iter().chain(&members[b]) {
+        state.frozen[i as usize] = false;
+    }
+    let revision = state.new_revision();
+    let mut rng = stream(params.seed, Purpose::Merge, state.iteration, revision as u32);
+    let sigma = state.model.draw_sigma(proposal.cost, n, &mut rng);
+    let (into, merged) = (state.clusters[keep].id, (state.clusters[a].id, state.clusters[b].id));
+    let cluster = &mut state.clusters[keep];
+    (cluster.shape, cluster.sigma, cluster.revision) = (proposal.shape, sigma, revision);
+    let mut gone = vec![false; state.clusters.len()];
+    gone[drop] = true;
+    state.remove_clusters(&gone);
+    MergeReport { merged, into, reason: proposal.reason }
+}

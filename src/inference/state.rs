@@ -1,0 +1,153 @@
+//! What a run knows: the fixed data of the cloud, and the state that the
+//! steps change.
+
+use std::sync::Arc;
+
+use nalgebra::Point3;
+use rand::{Rng, RngExt};
+use rand_distr::{Distribution, Gamma};
+
+use super::abstraction::UNASSIGNED;
+use super::frame::Frame;
+use crate::geometry::Superquadric;
+use crate::geometry::neighbors::{KdTree, RadiusGraph};
+
+/// A cluster needs more points than this, all in one connected component.
+pub(crate) const SMALLEST_CLUSTER: usize = 20;
+/// Neighbours that count for the mean spacing s̄.
+const SPACING_NEIGHBORS: usize = 5;
+/// Points within this many mean spacings are connected.
+const CONNECTION_RADIUS: f64 = 2.0;
+/// Most edges that a point keeps in the graph: dense spots stay linear.
+const MAX_DEGREE: usize = 48;
+/// Floors in mean spacings: of σ (a perfect fit has no noise), and of the
+/// semi-axes (a plane has no thickness).
+const SIGMA_FLOOR: f64 = 0.05;
+const AXIS_FLOOR: f64 = 0.05;
+
+/// The cloud in the normalised frame with what is derived from it once.
+#[derive(Debug)]
+pub(crate) struct Model {
+    pub(crate) frame: Frame,
+    pub(crate) points: Vec<Point3<f64>>,
+    /// Mean spacing s̄.
+    pub(crate) spacing: f64,
+    /// Points within 2·s̄.
+    pub(crate) graph: RadiusGraph,
+}
+
+impl Model {
+    pub(crate) fn new(frame: Frame, input: &[Point3<f64>]) -> Self {
+        let points: Vec<_> = input.iter().map(|p| frame.normalize(p)).collect();
+        let tree = KdTree::new(&points);
+        let spacing = tree.mean_spacing(SPACING_NEIGHBORS);
+        let graph = RadiusGraph::new(&tree, &points, CONNECTION_RADIUS * spacing, MAX_DEGREE);
+        Self { frame, points, spacing, graph }
+    }
+
+    pub(crate) fn sigma_floor(&self) -> f64 {
+        SIGMA_FLOOR * self.spacing
+    }
+
+    pub(crate) fn axis_floor(&self) -> f64 {
+        AXIS_FLOOR * self.spacing
+    }
+
+    /// The points with these indices.
+    pub(crate) fn gather(&self, members: &[u32]) -> Vec<Point3<f64>> {
+        members.iter().map(|&i| self.points[i as usize]).collect()
+    }
+
+    /// Draws σ of a cluster of n points with Σd² = `sum_d2` from its
+    /// conditional: 1/σ² ~ Gamma((n − 1)/2, scale 2/D).
+    pub(crate) fn draw_sigma(&self, sum_d2: f64, n: usize, rng: &mut impl Rng) -> f64 {
+        let floor = self.sigma_floor();
+        let shape = 0.5 * (n.max(2) - 1) as f64;
+        // D = 0 is a perfect fit: the floor's worth of noise stands for it.
+        let scale = 2.0 / sum_d2.max(floor * floor);
+        match Gamma::new(shape, scale) {
+            Ok(gamma) => (1.0 / gamma.sample(rng).sqrt()).clamp(floor, 1e3),
+            Err(_) => floor,
+        }
+    }
+
+    /// σ of a cluster without a history: uniform in (0, 1].
+    pub(crate) fn draw_first_sigma(&self, rng: &mut impl Rng) -> f64 {
+        (1.0 - rng.random::<f64>()).max(self.sigma_floor())
+    }
+}
+
+/// One cluster: a table of the restaurant with its dish.
+#[derive(Debug, Clone)]
+pub(crate) struct Cluster {
+    pub(crate) id: u32,
+    /// Changes whenever the shape or the points do, never repeats.
+    pub(crate) revision: u64,
+    pub(crate) shape: Superquadric,
+    pub(crate) sigma: f64,
+}
+
+/// The state that steps change. A clone is a checkpoint.
+#[derive(Debug, Clone)]
+pub(crate) struct State {
+    pub(crate) model: Arc<Model>,
+    pub(crate) clusters: Vec<Cluster>,
+    /// For each point the index of its cluster, or [`UNASSIGNED`].
+    pub(crate) labels: Vec<u32>,
+    /// Points that sweeps pass over.
+    pub(crate) frozen: Vec<bool>,
+    pub(crate) iteration: u32,
+    pub(crate) next_id: u32,
+    pub(crate) next_revision: u64,
+}
+
+impl State {
+    /// The points of each cluster, in order of index.
+    pub(crate) fn members(&self) -> Vec<Vec<u32>> {
+        let mut members = vec![Vec::new(); self.clusters.len()];
+        for (i, &label) in (0u32..).zip(&self.labels) {
+            if label != UNASSIGNED {
+                members[label as usize].push(i);
+            }
+        }
+        members
+    }
+
+    pub(crate) fn new_id(&mut self) -> u32 {
+        self.next_id += 1;
+        self.next_id - 1
+    }
+
+    pub(crate) fn new_revision(&mut self) -> u64 {
+        self.next_revision += 1;
+        self.next_revision - 1
+    }
+
+    /// Removes the clusters that `gone` marks; their points become unassigned.
+    pub(crate) fn remove_clusters(&mut self, gone: &[bool]) {
+        let mut kept = 0;
+        let renumbered: Vec<u32> = gone
+            .iter()
+            .map(|&g| {
+                if g {
+                    UNASSIGNED
+                } else {
+                    kept += 1;
+                    kept - 1
+                }
+            })
+            .collect();
+        let mut gone = gone.iter();
+        self.clusters.retain(|_| !gone.next().copied().unwrap_or(false));
+        for label in &mut self.labels {
+            if *label != UNASSIGNED {
+                *label = renumbered[*label as usize];
+            }
+        }
+    }
+
+    /// The connected components of a cluster's members, largest first.
+    pub(crate) fn components(&self, cluster: u32, members: &[u32]) -> Vec<Vec<u32>> {
+        self.model.graph.components(members, |i| self.labels[i as usize] == cluster)
+    }
+}

@@ -1,0 +1,207 @@
+//! One pass of the Chinese Restaurant Process over all points, with births
+//! and removals.
+
+use rand::seq::SliceRandom;
+use rand::{Rng, RngExt};
+use rayon::prelude::*;
+
+use super::abstraction::{Occurrence, UNASSIGNED};
+use super::fit::START_SHRINK;
+use super::moments::ellipsoid_of_moments;
+use super::params::Params;
+use super::state::{Cluster, Model, SMALLEST_CLUSTER, State};
+use super::streams::{Purpose, stream};
+use crate::geometry::Superquadric;
+
+/// N(d(θ, xᵢ); σ)·½ for every point: the existing-cluster term of the paper's
+/// Gibbs step without its count. Underflow to 0 far away is meant: there the
+/// new table wins.
+fn density(model: &Model, shape: &Superquadric, sigma: f64) -> Vec<f64> {
+    let factor = 0.5 / (sigma * (2.0 * std::f64::consts::PI).sqrt());
+    let exponent = -0.5 / (sigma * sigma);
+    model.points.iter().map(|p| factor * (exponent * shape.radial_distance(p).powi(2)).exp()).collect()
+}
+
+/// The tables while points sit down one after another.
+struct Tables<'a> {
+    state: &'a mut State,
+    density: Vec<Vec<f64>>,
+    count: Vec<f64>,
+    weights: Vec<f64>,
+}
+
+impl<'a> Tables<'a> {
+    fn new(state: &'a mut State) -> Self {
+        let model = &state.model;
+        let density: Vec<_> = state.clusters.par_iter().map(|c| density(model, &c.shape, c.sigma)).collect();
+        let mut count = vec![0.0; state.clusters.len()];
+        for &label in state.labels.iter().filter(|l| **l != UNASSIGNED) {
+            count[label as usize] += 1.0;
+        }
+        Self { state, density, count, weights: Vec::new() }
+    }
+
+    fn leave(&mut self, i: u32) {
+        let label = std::mem::replace(&mut self.state.labels[i as usize], UNASSIGNED);
+        if label != UNASSIGNED {
+            self.count[label as usize] -= 1.0;
+        }
+    }
+
+    fn join(&mut self, i: u32, cluster: u32) {
+        self.state.labels[i as usize] = cluster;
+        self.count[cluster as usize] += 1.0;
+    }
+
+    /// Draws a table for a point that has left its own: an existing one with
+    /// weight n·N(d; σ)·½, a new one (`None`) with weight `new`.
+    fn draw(&mut self, i: u32, new: f64, rng: &mut impl Rng) -> Option<u32> {
+        self.weights.clear();
+        let mut total = new;
+        for (column, n) in self.density.iter().zip(&self.count) {
+            let w = n * column[i as usize];
+            self.weights.push(w);
+            total += w;
+        }
+        if total <= 0.0 {
+            return None;
+        }
+        let mut u = rng.random::<f64>() * total;
+        for (j, w) in (0u32..).zip(&self.weights) {
+            u -= w;
+            if u < 0.0 {
+                return Some(j);
+            }
+        }
+        None
+    }
+}
+
+/// Points that chose a new table, joined as they come by the radius graph.
+struct Waiting {
+    parent: Vec<u32>,
+    size: Vec<u32>,
+    points: Vec<u32>,
+}
+
+impl Waiting {
+    fn new(n: usize) -> Self {
+        Self { parent: vec![UNASSIGNED; n], size: vec![0; n], points: Vec::new() }
+    }
+
+    fn root(&mut self, mut i: u32) -> u32 {
+        while self.parent[i as usize] != i {
+            let up = self.parent[self.parent[i as usize] as usize];
+            self.parent[i as usize] = up;
+            i = up;
+        }
+        i
+    }
+
+    /// Adds a point; returns the size of its component.
+    fn add(&mut self, i: u32, neighbors: &[u32]) -> usize {
+        self.parent[i as usize] = i;
+        self.size[i as usize] = 1;
+        self.points.push(i);
+        for &j in neighbors {
+            if self.parent[j as usize] != UNASSIGNED {
+                let (a, b) = (self.root(i), self.root(j));
+                if a != b {
+                    self.parent[b as usize] = a;
+                    self.size[a as usize] += self.size[b as usize];
+                }
+            }
+        }
+        let root = self.root(i);
+        self.size[root as usize] as usize
+    }
+
+    /// Empties the room: the component of `i`, and the others.
+    fn take(&mut self, i: u32) -> (Vec<u32>, Vec<u32>) {
+        let root = self.root(i);
+        let points = std::mem::take(&mut self.points);
+        let split = points.iter().copied().partition(|&p| self.root(p) == root);
+        for p in points {
+            self.parent[p as usize] = UNASSIGNED;
+        }
+        split
+    }
+}
+
+/// Samples all labels: points leave and choose in random order, those that
+/// choose a new table wait for company, and a connected company of more than
+/// [`SMALLEST_CLUSTER`] is a birth. Whoever still waits at the end is
+/// unassigned.
+pub(crate) fn sweep(state: &mut State, params: &Params, occurrences: &mut Vec<Occurrence>) {
+    let iteration = state.iteration;
+    let mut rng = stream(params.seed, Purpose::Sweep, iteration, 0);
+    let model = state.model.clone();
+    let mut order: Vec<u32> = (0..model.points.len() as u32).filter(|&i| !state.frozen[i as usize]).collect();
+    order.shuffle(&mut rng);
+
+    let mut waiting = Waiting::new(model.points.len());
+    let mut tables = Tables::new(state);
+    let mut next = 0;
+    while next < order.len() {
+        let i = order[next];
+        next += 1;
+        tables.leave(i);
+        let new = (params.alpha + waiting.points.len() as f64) * params.p0;
+        if let Some(j) = tables.draw(i, new, &mut rng) {
+            tables.join(i, j);
+            continue;
+        }
+        if waiting.add(i, model.graph.of(i)) <= SMALLEST_CLUSTER {
+            continue;
+        }
+        let (company, rest) = waiting.take(i);
+        order.extend(rest);
+        let shape = ellipsoid_of_moments(&model.gather(&company), START_SHRINK, model.axis_floor());
+        let id = tables.state.new_id();
+        let sigma = model.draw_first_sigma(&mut stream(params.seed, Purpose::Birth, iteration, id));
+        let revision = tables.state.new_revision();
+        tables.state.clusters.push(Cluster { id, revision, shape, sigma });
+        tables.density.push(density(&model, &shape, sigma));
+        tables.count.push(0.0);
+        let table = tables.state.clusters.len() as u32 - 1;
+        occurrences.push(Occurrence::Born { id, points: company.len() });
+        for p in company {
+            tables.join(p, table);
+        }
+    }
+    tidy(tables, &mut rng, occurrences);
+}
+
+/// Removes clusters whose largest connected component is too small, and lets
+/// the points outside the largest component of the others choose again among
+/// the clusters there are.
+fn tidy(mut tables: Tables<'_>, rng: &mut impl Rng, occurrences: &mut Vec<Occurrence>) {
+    let members = tables.state.members();
+    let mut gone = vec![false; members.len()];
+    let mut pool = Vec::new();
+    for (j, points) in (0u32..).zip(&members) {
+        let mut parts = tables.state.components(j, points).into_iter();
+        match parts.next() {
+            Some(largest) if largest.len() > SMALLEST_CLUSTER => pool.extend(parts.flatten()),
+            _ => {
+                gone[j as usize] = true;
+                occurrences.push(Occurrence::Died { id: tables.state.clusters[j as usize].id });
+                pool.extend_from_slice(points);
+            }
+        }
+    }
+    pool.retain(|&i| !tables.state.frozen[i as usize] || gone[tables.state.labels[i as usize] as usize]);
+    for &i in &pool {
+        tables.state.frozen[i as usize] = false;
+        tables.leave(i);
+    }
+    for (j, _) in gone.iter().enumerate().filter(|g| *g.1) {
+        tables.count[j] = 0.0;
+    }
+    for &i in &pool {
+        if let Some(j) = tables.draw(i, 0.0, rng) {
+            tables.join(i, j);
+        }
+    }
+    tables.state.remove_clusters(&gone);
+}
