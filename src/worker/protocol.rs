@@ -5,22 +5,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::geometry::SampleCloud;
+pub use crate::geometry::SamplingOptions;
 use crate::inference::{Abstraction, MergeReport, Occurrence, Params};
 use crate::io::Shape;
-
-/// How a shape is turned into samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SamplingOptions {
-    /// Number of samples N.
-    pub points: usize,
-    pub seed: u64,
-}
-
-impl Default for SamplingOptions {
-    fn default() -> Self {
-        Self { points: 3500, seed: 1 }
-    }
-}
 
 /// Where a shape comes from.
 #[derive(Debug, Clone, PartialEq)]
