@@ -32,11 +32,17 @@ pub enum Action {
     SetPointSize(f32),
     SetUpAxis(UpAxis),
     /// Angles in radians.
-    Orbit { right: f64, up: f64 },
+    Orbit {
+        right: f64,
+        up: f64,
+    },
     /// In fractions of the viewport's half size, y up.
     Pan(Vector2<f64>),
     /// Towards the cursor in [−1, 1]², y up.
-    Zoom { cursor: Vector2<f64>, factor: f64 },
+    Zoom {
+        cursor: Vector2<f64>,
+        factor: f64,
+    },
     /// In scene space.
     SetPivot(Point3<f64>),
     /// Width / height of the viewport.
@@ -44,7 +50,10 @@ pub enum Action {
     /// Closes the error box.
     DismissErrors,
     /// Something outside the session went wrong.
-    Tell { what: String, error: String },
+    Tell {
+        what: String,
+        error: String,
+    },
     /// Something outside the session went well.
     Note(String),
 }

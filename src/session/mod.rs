@@ -7,9 +7,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::inference::{Occurrence, Params, Phase, Primitive};
-use crate::worker::{
-    Activity, Command, Event, LoadedShape, Pace, SamplingOptions, Snapshot, Source,
-};
+use crate::worker::{Activity, Command, Event, LoadedShape, Pace, SamplingOptions, Snapshot, Source};
 
 pub mod action;
 pub mod camera;

@@ -75,7 +75,6 @@ impl SceneFromInput {
     }
 }
 
-
 /// Size of a box in input units, for people: `1.2 × 0.8 × 0.8`.
 pub fn extent_of(points: &[Point3<f64>]) -> Vector3<f64> {
     Bounds::around(points.iter().copied()).map_or_else(Vector3::zeros, |b| b.size())

@@ -117,7 +117,8 @@ fn a_failed_load_keeps_everything_and_says_so() {
 #[test]
 fn buttons_are_enabled_only_when_they_do_something() {
     let empty = Session::new(Params::default(), SamplingOptions::default());
-    for verb in [Verb::Run, Verb::Pause, Verb::StepIteration, Verb::StepMerge, Verb::Reset, Verb::ExportCloud] {
+    for verb in [Verb::Run, Verb::Pause, Verb::StepIteration, Verb::StepMerge, Verb::Reset, Verb::ExportCloud]
+    {
         assert!(!empty.is_enabled(verb), "{verb:?} with nothing loaded");
     }
     let mut session = session();

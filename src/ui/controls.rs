@@ -158,7 +158,9 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         let label = labelled(ui, "Seed");
         ui.add(DragValue::new(&mut p.seed).speed(0.05).update_while_editing(false))
             .labelled_by(label)
-            .on_hover_text("Seed of every random draw: the same seed, the same result. Taken at the next start.");
+            .on_hover_text(
+                "Seed of every random draw: the same seed, the same result. Taken at the next start.",
+            );
     });
     ui.horizontal(|ui| {
         let label = labelled(ui, "Merging");

@@ -1,7 +1,7 @@
 //! From egui's key events to verbs.
 
-use crate::session::action::{Action, Key, Shortcut, Verb};
 use crate::session::Session;
+use crate::session::action::{Action, Key, Shortcut, Verb};
 
 /// The verbs whose shortcuts were pressed in this frame and that would do
 /// something. Typing into a field presses none.
@@ -13,7 +13,9 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
     let focused = ctx.memory(|memory| memory.focused().is_some());
     ctx.input(|input| {
         for event in &input.events {
-            let egui::Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event else { continue };
+            let egui::Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event else {
+                continue;
+            };
             let Some(key) = translate(*key) else { continue };
             if focused && matches!(key, Key::Space | Key::Escape) {
                 continue;

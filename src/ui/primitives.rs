@@ -1,6 +1,9 @@
 //! The right panel: layers, the list of primitives, the selected one's θ.
 
-use egui::{Align2, Button, FontId, Grid, Label, RichText, ScrollArea, Sense, Slider, Ui, WidgetInfo, WidgetType, pos2, vec2};
+use egui::{
+    Align2, Button, FontId, Grid, Label, RichText, ScrollArea, Sense, Slider, Ui, WidgetInfo, WidgetType,
+    pos2, vec2,
+};
 
 use super::theme::{self, Palette};
 use super::widgets::{choice, count, divide, eye, length, section};
@@ -32,7 +35,11 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         }
     });
     if primitives.is_empty() {
-        let text = if session.loaded.is_some() { "None in this state" } else { "Open a shape to see its primitives" };
+        let text = if session.loaded.is_some() {
+            "None in this state"
+        } else {
+            "Open a shape to see its primitives"
+        };
         ui.add(Label::new(RichText::new(text).color(Palette::of(ui).weak)).wrap());
         return;
     }
@@ -58,7 +65,8 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
 
 fn layers(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     section(ui, "Layers");
-    let has_mesh = session.loaded.as_ref().is_some_and(|l| matches!(l.shape.geometry, ShapeGeometry::Mesh(_)));
+    let has_mesh =
+        session.loaded.as_ref().is_some_and(|l| matches!(l.shape.geometry, ShapeGeometry::Mesh(_)));
     let width = (ui.available_width() - ui.spacing().item_spacing.x) / 2.0;
     for pair in Layer::ALL.chunks(2) {
         ui.horizontal(|ui| {
@@ -146,7 +154,10 @@ fn row(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<
     text(rect.right() - POINTS_COLUMN, Align2::RIGHT_CENTER, count(primitive.points));
     text(rect.right() - ERROR_COLUMN, Align2::RIGHT_CENTER, length(primitive.mean_distance));
 
-    let eye_rect = egui::Rect::from_min_size(pos2(rect.right() - theme::ROW - 2.0, rect.top()), vec2(theme::ROW, theme::ROW));
+    let eye_rect = egui::Rect::from_min_size(
+        pos2(rect.right() - theme::ROW - 2.0, rect.top()),
+        vec2(theme::ROW, theme::ROW),
+    );
     let toggled = ui
         .scope_builder(egui::UiBuilder::new().max_rect(eye_rect), |ui| {
             eye(ui, visible, &format!("Primitive {id} in the viewport")).clicked()
@@ -182,7 +193,11 @@ fn inspector(ui: &mut Ui, primitive: &Primitive) {
             "ε1 from pole to pole, ε2 around the equator: near 0 a box, 1 an ellipsoid, 2 an octahedron",
             shape.exponents.iter().map(|v| number(*v)).collect(),
         ),
-        ("Semi-axes a", "ax, ay, az in the file's units", shape.semi_axes.iter().map(|v| length(*v)).collect()),
+        (
+            "Semi-axes a",
+            "ax, ay, az in the file's units",
+            shape.semi_axes.iter().map(|v| length(*v)).collect(),
+        ),
         ("Centre t", "x, y, z in the file's units", t.iter().map(|v| length(*v)).collect()),
         (
             "Rotation R",

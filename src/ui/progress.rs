@@ -125,9 +125,13 @@ impl Curve {
                 })
                 .show(ui, |plot| {
                     for x in merges {
-                        plot.vline(VLine::new("merge", x).color(faint(palette.weak)).width(1.0).allow_hover(false));
+                        plot.vline(
+                            VLine::new("merge", x).color(faint(palette.weak)).width(1.0).allow_hover(false),
+                        );
                     }
-                    plot.line(Line::new(self.title, PlotPoints::from(points)).color(palette.accent).width(1.8));
+                    plot.line(
+                        Line::new(self.title, PlotPoints::from(points)).color(palette.accent).width(1.8),
+                    );
                 });
         });
     }
@@ -173,14 +177,21 @@ pub(super) fn status(ui: &mut Ui, session: &Session) {
             for (text, tooltip) in [
                 (format!("{} {primitives}", count(figures.clusters)), "Primitives in the present state"),
                 (
-                    format!("{} of {} unassigned", count(figures.unassigned), count(loaded.cloud.points.len())),
+                    format!(
+                        "{} of {} unassigned",
+                        count(figures.unassigned),
+                        count(loaded.cloud.points.len())
+                    ),
                     "Samples that belong to no primitive",
                 ),
                 (
                     format!("mean error {}", length(figures.mean_distance)),
                     "Mean distance of the assigned samples to their primitive, in the file's units",
                 ),
-                (format!("{seconds:.2} s"), "Computing time of this run; pauses and the pace are not counted"),
+                (
+                    format!("{seconds:.2} s"),
+                    "Computing time of this run; pauses and the pace are not counted",
+                ),
             ] {
                 ui.separator();
                 ui.label(RichText::new(text).color(palette.weak)).on_hover_text(tooltip);

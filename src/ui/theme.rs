@@ -1,6 +1,8 @@
 //! Colours, type scale and spacing. No colour is named anywhere else in `ui`.
 
-use egui::{Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, Style, TextStyle, Theme, Visuals, vec2};
+use egui::{
+    Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, Style, TextStyle, Theme, Visuals, vec2,
+};
 
 use crate::render::SceneTheme;
 use crate::session::view::ThemeChoice;
@@ -78,7 +80,11 @@ pub(super) fn install(ctx: &egui::Context) {
         style.visuals = visuals(
             Visuals::light(),
             LIGHT,
-            [Color32::from_rgb(243, 245, 247), Color32::from_rgb(255, 255, 255), Color32::from_rgb(224, 229, 235)],
+            [
+                Color32::from_rgb(243, 245, 247),
+                Color32::from_rgb(255, 255, 255),
+                Color32::from_rgb(224, 229, 235),
+            ],
             Color32::from_rgb(32, 38, 46),
             Color32::from_rgb(205, 211, 219),
         );

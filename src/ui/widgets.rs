@@ -3,8 +3,8 @@
 use egui::{Button, Color32, Response, RichText, Sense, Ui, WidgetInfo, WidgetType, vec2};
 
 use super::theme::{self, Palette};
-use crate::session::action::{Action, Verb};
 use crate::session::Session;
+use crate::session::action::{Action, Verb};
 
 /// The heading of a section in a panel.
 pub(super) fn section(ui: &mut Ui, title: &str) {
@@ -36,7 +36,13 @@ pub(super) fn verb_button(ui: &mut Ui, session: &Session, verb: Verb, width: f32
 }
 
 /// The same in the accent colour, for what a person most likely wants.
-pub(super) fn primary_button(ui: &mut Ui, session: &Session, verb: Verb, width: f32, actions: &mut Vec<Action>) {
+pub(super) fn primary_button(
+    ui: &mut Ui,
+    session: &Session,
+    verb: Verb,
+    width: f32,
+    actions: &mut Vec<Action>,
+) {
     let palette = Palette::of(ui);
     let text = RichText::new(verb.entry().text).color(palette.on_accent).strong();
     let button = Button::new(text).fill(palette.accent).min_size(vec2(width, theme::ROW + 4.0));

@@ -8,10 +8,8 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError};
 use std::time::{Duration, Instant};
 
 use super::machine::Machine;
-use super::protocol::{
-    Activity, Command, Event, LoadedShape, Pace, SamplingOptions, Snapshot, Source,
-};
-use super::source;
+use super::protocol::{Activity, Command, Event, LoadedShape, Pace, SamplingOptions, Snapshot, Source};
+use super::source::{self, Part};
 use crate::geometry::SampleCloud;
 use crate::inference::{Abstraction, Cancel, InferenceError, MergeReport, Occurrence, Params};
 use crate::io::Shape;
@@ -186,16 +184,8 @@ impl<M: Machine> Engine<M> {
             Command::StepIteration => self.begin(Work::StepIteration),
             Command::StepMerge => self.begin(Work::StepMerge),
             Command::MergeAll => self.begin(Work::MergeAll),
-            Command::ExportCloud(path) => {
-                self.export(&path, "segmented cloud", |path, present| {
-                    source::write_cloud(path, &present.shape, &present.abstraction)
-                });
-            }
-            Command::ExportPrimitives(path) => {
-                self.export(&path, "primitives", |path, present| {
-                    source::write_primitives(path, &present.abstraction)
-                });
-            }
+            Command::ExportCloud(path) => self.export(&path, Part::Cloud),
+            Command::ExportPrimitives(path) => self.export(&path, Part::Primitives),
         }
         self.announce();
     }
@@ -253,9 +243,8 @@ impl<M: Machine> Engine<M> {
         let shape = Arc::clone(&present.shape.shape);
         let cancel = self.cancel.clone();
         let params = self.params;
-        let outcome = guarded(|| {
-            sampled::<M>("The shape could not be sampled anew", shape, sampling, params, &cancel)
-        });
+        let outcome =
+            guarded(|| sampled::<M>("The shape could not be sampled anew", shape, sampling, params, &cancel));
         self.take_in(outcome, sampling);
     }
 
@@ -264,8 +253,7 @@ impl<M: Machine> Engine<M> {
         match outcome {
             Ok(Fresh { shape, cloud, machine, abstraction }) => {
                 self.generation += 1;
-                let shape =
-                    Arc::new(LoadedShape { generation: self.generation, shape, cloud, sampling });
+                let shape = Arc::new(LoadedShape { generation: self.generation, shape, cloud, sampling });
                 self.emit(Event::Loaded(Arc::clone(&shape)));
                 let start = self.params;
                 self.present =
@@ -328,9 +316,7 @@ impl<M: Machine> Engine<M> {
             let mut machine = present.machine.clone();
             let step = match work {
                 Work::StepMerge | Work::MergeAll => machine.step_merge(&cancel).map(Step::Merged),
-                Work::Run | Work::StepIteration | Work::Nothing => {
-                    machine.step(&cancel).map(Step::Iterated)
-                }
+                Work::Run | Work::StepIteration | Work::Nothing => machine.step(&cancel).map(Step::Iterated),
             }
             .map_err(|error| Stop::inference("The step could not be made", &error))?;
             let abstraction = machine.abstraction();
@@ -379,21 +365,22 @@ impl<M: Machine> Engine<M> {
         }
     }
 
-    fn export(
-        &mut self,
-        path: &Path,
-        what: &'static str,
-        write: impl FnOnce(&Path, &Present<M>) -> Result<(), String>,
-    ) {
+    fn export(&mut self, path: &Path, part: Part) {
         self.emit(Event::Activity(Activity::Writing));
-        let failure = format!("The {what} could not be written");
+        let failure = format!("The {} could not be written", part.name());
         let Some(present) = &self.present else {
             self.fail(failure, "no shape is loaded; open one first");
             return;
         };
-        let outcome = guarded(|| write(path, present).map_err(|error| Stop::trouble(failure, error)));
+        // K and seed as they were taken at the start, whatever the sliders say now.
+        let Params { clusters, seed, .. } = present.start;
+        let params = Params { clusters, seed, ..self.params };
+        let outcome = guarded(|| {
+            source::write(part, path, &present.shape, &params, &present.abstraction)
+                .map_err(|error| Stop::trouble(failure, error))
+        });
         match outcome {
-            Ok(()) => self.emit(Event::Written { path: path.to_owned(), what }),
+            Ok(()) => self.emit(Event::Written { path: path.to_owned(), what: part.name() }),
             Err(stop) => self.report(stop),
         }
     }

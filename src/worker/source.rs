@@ -1,14 +1,14 @@
-//! From a source to samples: the worker's only calls into `io`.
+//! The worker's only calls into `io`, with errors as sentences for a person.
 
 use std::path::Path;
 use std::sync::Arc;
 
 use super::protocol::{LoadedShape, SamplingOptions, Source};
 use crate::geometry::SampleCloud;
-use crate::inference::Abstraction;
-use crate::io::{self, Shape};
+use crate::inference::{Abstraction, Params};
+use crate::io::{self, Outcome, Shape};
 
-/// Reads the shape. The error is a sentence for a person.
+/// Reads the shape.
 pub(super) fn read(source: &Source) -> Result<Arc<Shape>, String> {
     let shape = match source {
         Source::File(path) => io::read(path),
@@ -19,17 +19,46 @@ pub(super) fn read(source: &Source) -> Result<Arc<Shape>, String> {
 
 /// Samples the shape.
 pub(super) fn sample(shape: &Shape, sampling: SamplingOptions) -> Result<Arc<SampleCloud>, String> {
-    io::sample(shape, sampling.points, sampling.seed).map(Arc::new).map_err(|error| chain(&error))
+    io::sample(shape, &sampling).map(Arc::new).map_err(|error| chain(&error))
 }
 
-/// Writes the segmented cloud.
-pub(super) fn write_cloud(path: &Path, loaded: &LoadedShape, state: &Abstraction) -> Result<(), String> {
-    io::write_segmented(path, &loaded.shape, &loaded.cloud, state).map_err(|error| chain(&error))
+/// What can be written of a state.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Part {
+    Cloud,
+    Primitives,
 }
 
-/// Writes the primitives.
-pub(super) fn write_primitives(path: &Path, state: &Abstraction) -> Result<(), String> {
-    io::write_primitives(path, state).map_err(|error| chain(&error))
+impl Part {
+    /// For people.
+    pub(super) fn name(self) -> &'static str {
+        match self {
+            Self::Cloud => "segmented cloud",
+            Self::Primitives => "primitives",
+        }
+    }
+}
+
+/// Writes a part of the state, whole or not at all.
+pub(super) fn write(
+    part: Part,
+    path: &Path,
+    loaded: &LoadedShape,
+    params: &Params,
+    abstraction: &Abstraction,
+) -> Result<(), String> {
+    let outcome = Outcome {
+        shape: &loaded.shape,
+        cloud: &loaded.cloud,
+        sampling: loaded.sampling,
+        params,
+        abstraction,
+    };
+    match part {
+        Part::Cloud => io::write_segmented_ply(path, &outcome),
+        Part::Primitives => io::write_primitives_json(path, &outcome),
+    }
+    .map_err(|error| chain(&error))
 }
 
 /// The error and its causes, as one text; a cause that the error already
