@@ -21,7 +21,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ui.separator();
             menu_item(ui, session, Verb::Quit, actions);
         });
-        ui.menu_button("Run", |ui| {
+        ui.menu_button("Sampler", |ui| {
             for verb in [Verb::Run, Verb::Pause, Verb::StepIteration, Verb::StepMerge, Verb::MergeAll] {
                 menu_item(ui, session, verb, actions);
             }

@@ -45,7 +45,7 @@ impl Overlays {
             return;
         }
         ctx.request_repaint_after(std::time::Duration::from_secs_f64(left));
-        Area::new(Id::new("note"))
+        Area::new(Id::unique("note"))
             .pivot(Align2::CENTER_BOTTOM)
             .fixed_pos(viewport.center_bottom() - vec2(0.0, 14.0))
             .interactable(false)
@@ -61,7 +61,7 @@ impl Overlays {
 fn error_box(ctx: &Context, session: &Session, viewport: egui::Rect, actions: &mut Vec<Action>) {
     let Some(message) = session.messages.open_error() else { return };
     let width = (viewport.width() - 60.0).clamp(240.0, 460.0);
-    Area::new(Id::new("error box"))
+    Area::new(Id::unique("error box"))
         .order(egui::Order::Foreground)
         .pivot(Align2::CENTER_TOP)
         .fixed_pos(viewport.center_top() + vec2(0.0, 14.0))
@@ -91,7 +91,7 @@ fn drop_hint(ctx: &Context, viewport: egui::Rect) {
     if ctx.input(|i| i.raw.hovered_files.is_empty()) {
         return;
     }
-    Area::new(Id::new("drop hint"))
+    Area::new(Id::unique("drop hint"))
         .pivot(Align2::CENTER_CENTER)
         .fixed_pos(viewport.center())
         .interactable(false)

@@ -1,8 +1,8 @@
 //! The right panel: layers, the list of primitives, the selected one's θ.
 
 use egui::{
-    Align2, Button, FontId, Grid, Label, RichText, ScrollArea, Sense, Slider, Ui, WidgetInfo, WidgetType,
-    pos2, vec2,
+    Align2, Button, FontId, Grid, Label, RichText, Role, ScrollArea, Sense, Slider, Ui, WidgetInfo, pos2,
+    vec2,
 };
 
 use super::theme::{self, Palette};
@@ -133,9 +133,7 @@ fn row(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<
     let selected = session.selection.contains(&id);
     let visible = !session.hidden.contains(&id);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), theme::ROW), Sense::click());
-    response.widget_info(|| {
-        WidgetInfo::selected(WidgetType::SelectableLabel, true, selected, format!("Primitive {id}"))
-    });
+    response.widget_info(|| WidgetInfo::selected(Role::Button, true, selected, format!("Primitive {id}")));
     let visuals = ui.visuals();
     if selected {
         ui.painter().rect_filled(rect, 3.0, visuals.selection.bg_fill);

@@ -14,10 +14,17 @@ use crate::session::scene::SceneFromInput;
 use crate::worker::{LoadedShape, Snapshot};
 
 /// Data with a number that changes when it does; 0 is no data.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Default)]
 pub(super) struct Versioned<T> {
     version: u64,
     data: Arc<T>,
+}
+
+/// Shares the data, whether or not `T` can be cloned.
+impl<T> Clone for Versioned<T> {
+    fn clone(&self) -> Self {
+        Self { version: self.version, data: Arc::clone(&self.data) }
+    }
 }
 
 impl<T> Versioned<T> {

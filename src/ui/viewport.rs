@@ -1,9 +1,7 @@
 //! The 3D view: turns the session into a [`Frame`] and uploads, and the
 //! pointer into actions. The only file that names both egui and wgpu.
 
-use std::sync::Arc;
-
-use egui::{PointerButton, Response, Sense, Ui, WidgetInfo, WidgetType, vec2};
+use egui::{PointerButton, Response, Role, Sense, Ui, WidgetInfo, vec2};
 use egui_wgpu::wgpu;
 use nalgebra::{Point3, Vector2};
 
@@ -58,7 +56,7 @@ impl Viewport {
 
     pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
-        response.widget_info(|| WidgetInfo::labeled(WidgetType::Image, true, "3D view"));
+        response.widget_info(|| WidgetInfo::labeled(Role::Image, true, "3D view"));
         if rect.width() < 2.0 || rect.height() < 2.0 {
             return;
         }

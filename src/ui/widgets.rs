@@ -1,6 +1,6 @@
 //! Small parts that the panels share.
 
-use egui::{Button, Color32, Response, RichText, Sense, Ui, WidgetInfo, WidgetType, vec2};
+use egui::{Button, Color32, Response, RichText, Role, Sense, Ui, WidgetInfo, vec2};
 
 use super::theme::{self, Palette};
 use crate::session::Session;
@@ -85,7 +85,7 @@ pub(super) fn choice(ui: &mut Ui, on: bool, text: &str, width: f32) -> bool {
 pub(super) fn eye(ui: &mut Ui, open: bool, label: &str) -> Response {
     let (rect, response) = ui.allocate_exact_size(vec2(theme::ROW, theme::ROW), Sense::click());
     let enabled = ui.is_enabled();
-    response.widget_info(|| WidgetInfo::selected(WidgetType::Checkbox, enabled, open, label));
+    response.widget_info(|| WidgetInfo::selected(Role::CheckBox, enabled, open, label));
     if ui.is_rect_visible(rect) {
         let color = if response.hovered() || response.has_focus() {
             ui.visuals().strong_text_color()
