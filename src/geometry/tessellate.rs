@@ -231,6 +231,12 @@ impl Resolution {
         (2 * profile - 1) * 4 * section + 2
     }
 
+    /// Number of faces of every mesh of this resolution.
+    pub fn faces_len(self) -> usize {
+        let (profile, section) = self.even();
+        2 * (2 * profile - 1) * 4 * section
+    }
+
     /// The triangles, counter-clockwise from outside: vertex 0 is the south
     /// pole, then come the rings from south to north, then the north pole.
     pub fn faces(self) -> Vec<[u32; 3]> {
@@ -238,7 +244,7 @@ impl Resolution {
         let (rings, around) = ((2 * profile - 1) as u32, 4 * section as u32);
         let at = |ring: u32, i: u32| 1 + ring * around + i % around;
         let north = 1 + rings * around;
-        let mut faces = Vec::with_capacity((2 * rings * around) as usize);
+        let mut faces = Vec::with_capacity(self.faces_len());
         for i in 0..around {
             faces.push([0, at(0, i + 1), at(0, i)]);
         }
