@@ -29,14 +29,14 @@ fn depth_at(pixel: vec2<i32>) -> f32 {
 
 // How dark a sample of depth `d` gets. `pairs` holds the mean clip depth of
 // opposite neighbours: over a plane it is the sample's own, in a crease or
-// behind an edge it is nearer. `lonely` is the share of empty neighbours.
+// behind an edge it is nearer.
 fn shadow(d: f32, near_pairs: vec4<f32>, wide_pairs: vec4<f32>, radius: vec2<f32>) -> f32 {
     let z = linear_depth(d);
     let slope = depth_slope(d, z);
     let pixel = units_per_pixel(z);
     let sharp = clamp((near_pairs - d) * slope / (pixel * radius.x * 5.0), vec4<f32>(0.0), vec4<f32>(1.0));
     let soft = clamp((wide_pairs - d) * slope / (pixel * radius.y * 4.0), vec4<f32>(0.0), vec4<f32>(1.0));
-    return dot(sharp, vec4<f32>(0.13)) + dot(soft, vec4<f32>(0.085));
+    return dot(sharp, vec4<f32>(0.085)) + dot(soft, vec4<f32>(0.055));
 }
 
 fn pair(pixel: vec2<i32>, offset: vec2<i32>) -> f32 {
@@ -104,7 +104,7 @@ fn fs_main(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
         var around = own;
         for (var k = 0; k < 16; k++) {
             let angle = f32(k) * 0.39269908;
-            let reach = vec2<f32>(cos(angle), sin(angle)) * 1.9 * frame.params.x;
+            let reach = vec2<f32>(cos(angle), sin(angle)) * 2.3 * frame.params.x;
             let there = uv + reach * frame.size.zw;
             around = max(around, textureSampleLevel(mask, mask_sampler, there, 0.0).xy);
         }
