@@ -231,6 +231,12 @@ impl Resolution {
         (2 * profile - 1) * 4 * section + 2
     }
 
+    /// Number of faces of every mesh of this resolution.
+    pub fn faces_len(self) -> usize {
+        let (profile, section) = self.even();
+        2 * (2 * profile - 1) * 4 * section
+    }
+
     /// The triangles, counter-clockwise from outside: vertex 0 is the south
     /// pole, then come the rings from south to north, then the north pole.
     pub fn faces(self) -> Vec<[u32; 3]> {
@@ -238,7 +244,7 @@ impl Resolution {
         let (rings, around) = ((2 * profile - 1) as u32, 4 * section as u32);
         let at = |ring: u32, i: u32| 1 + ring * around + i % around;
         let north = 1 + rings * around;
-        let mut faces = Vec::with_capacity((2 * rings * around) as usize);
+        let mut faces = Vec::with_capacity(self.faces_len());
         for i in 0..around {
             faces.push([0, at(0, i + 1), at(0, i)]);
         }
@@ -324,18 +330,20 @@ pub fn tessellate(shape: &Superquadric, resolution: Resolution) -> Surface {
     Surface { vertices, normals, faces: resolution.faces() }
 }
 
-/// Parameter lines: `4 · section` meridians from pole to pole, then
-/// `2 · profile − 1` closed parallels (the first point again at the end). The
-/// edges and corners of box-like shapes are among them if the numbers are even.
+/// Parameter lines: `4 · section` meridians, then `2 · profile − 1` closed
+/// parallels (the first point again at the end). Every other meridian ends at
+/// the outermost parallels, so that the poles are not crowded. The edges of
+/// box-like shapes are among the lines.
 pub fn parameter_lines(shape: &Superquadric, lines: Resolution) -> Vec<SurfaceLine> {
     let (profile_lines, section_lines) = lines.even();
     // Four pieces between two lines keep the lines smooth.
     let fine = Resolution { profile: 4 * profile_lines, section: 4 * section_lines };
     let (profile, section) = curves(shape, fine);
-    let meridians = section
-        .iter()
-        .step_by(4)
-        .map(|q| profile.iter().map(|p| surface_point(shape, p, q)).collect::<SurfaceLine>());
+    let meridians = section.iter().step_by(4).enumerate().map(|(k, q)| {
+        let trim = 4 * (k % 2);
+        let nodes = &profile[trim..profile.len() - trim];
+        nodes.iter().map(|p| surface_point(shape, p, q)).collect::<SurfaceLine>()
+    });
     let parallels = profile[1..profile.len() - 1].iter().skip(3).step_by(4).map(|p| {
         section.iter().chain(section.first()).map(|q| surface_point(shape, p, q)).collect::<SurfaceLine>()
     });
@@ -400,7 +408,7 @@ impl AreaGrid {
                 grid.columns[row][k + 1] = sum;
             }
             grid.rows[row + 1] = grid.rows[row] + sum;
-            let length = grid.profile_node(row).distance(&grid.profile_node(row + 1), plane);
+            let length = (0.5 * (high.0 + high.1 - low.0 - low.1)).hypot(dz);
             grid.ways[row + 1] = grid.ways[row] + length;
             low = high;
         }

@@ -16,10 +16,18 @@
 //! All colours are sRGB-encoded (what a colour picker shows). Bytes are not
 //! premultiplied; a point with alpha 0 is not drawn.
 
+mod blit;
+mod composite;
 mod frame;
+mod gpu;
+mod grid;
+mod lines;
+mod mesh;
 mod offscreen;
 pub mod picking;
+mod points;
 mod renderer;
+mod surfaces;
 
 pub use frame::{
     Background, CameraMatrices, Frame, Grid, Highlight, InputStyle, Layers, LineSegment, PrimitiveInstance,
