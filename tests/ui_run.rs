@@ -47,15 +47,19 @@ fn a_run_is_paused_stepped_and_continued() {
 
 #[test]
 fn merging_step_by_step_says_which_and_when_none_is_left() {
-    let mut driver = Driver::finished();
+    let mut options = options(Source::BuiltIn);
+    options.sampling.points = 2500;
+    let mut driver = Driver::start(options, [1280.0, 800.0]);
+    driver.settle();
     driver.press("Reset");
     driver.settle();
-    assert_eq!(driver.iteration(), 0);
-    assert_eq!(driver.session().primitives().len(), 12, "the start has K clusters");
-    for _ in 0..5 {
-        driver.press("Step iteration");
-        driver.settle();
-    }
+    assert_eq!(
+        (driver.iteration(), driver.session().primitives().len()),
+        (0, 12),
+        "the start has K clusters"
+    );
+    driver.press("Step iteration");
+    driver.settle();
     let before = driver.session().primitives().len();
     driver.press("Step merge");
     driver.settle();

@@ -42,6 +42,27 @@ impl Driver {
         Self { harness }
     }
 
+    /// As [`Driver::start`], with a driver that draws the 3D view.
+    pub(crate) fn start_drawn(options: Options, size: [f32; 2]) -> Self {
+        let build =
+            move |cc: &mut eframe::CreationContext<'_>| App::with_dialogs(cc, &options, false).unwrap();
+        let builder = Harness::builder().with_size(size).with_max_steps(20).with_render_cursor(false);
+        Self { harness: builder.wgpu().build_eframe(build) }
+    }
+
+    /// Where the 3D view is.
+    pub(crate) fn viewport(&self) -> egui::Rect {
+        self.harness.get_by_role_and_label(Role::Image, "3D view").rect()
+    }
+
+    /// Chooses the light theme from the menu.
+    pub(crate) fn set_light(&mut self) {
+        self.press("View");
+        self.harness.get_by_role_and_label(Role::Button, "Theme").hover();
+        self.harness.run_steps(3);
+        self.press("Light");
+    }
+
     /// The window after the run of the built-in shape.
     pub(crate) fn finished() -> Self {
         let mut driver = Self::start(options(Source::BuiltIn), [1280.0, 800.0]);
