@@ -24,8 +24,8 @@ impl fmt::Display for Place {
 /// Why a shape can't be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    #[error("can't open {path}: {source}; check the name and that you may read it", path = path.display())]
-    Open { path: PathBuf, source: std::io::Error },
+    #[error("can't open {path}: {reason}; check the name and that you may read it", path = path.display())]
+    Open { path: PathBuf, reason: std::io::Error },
     #[error("{path} is not a file; give the name of an OBJ, PLY or XYZ file", path = path.display())]
     NotAFile { path: PathBuf },
     #[error("{path} has {bytes} bytes, more than the {limit} that can be read; thin the shape out first", path = path.display())]
@@ -69,8 +69,8 @@ impl Fault {
 /// stood at the place is as it was.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    #[error("can't write {path}: {source}; choose another folder or make room", path = path.display())]
-    Io { path: PathBuf, source: std::io::Error },
+    #[error("can't write {path}: {reason}; choose another folder or make room", path = path.display())]
+    Io { path: PathBuf, reason: std::io::Error },
     #[error("can't write {path}: a folder of that name is in the way", path = path.display())]
     IsAFolder { path: PathBuf },
 }

@@ -76,7 +76,7 @@ pub fn read(path: &Path) -> Result<Shape, ReadError> {
 
 /// The bytes of a regular file that is neither empty nor too large.
 fn content(path: &Path) -> Result<Vec<u8>, ReadError> {
-    let open = |source| ReadError::Open { path: path.to_owned(), source };
+    let open = |reason| ReadError::Open { path: path.to_owned(), reason };
     let about = std::fs::metadata(path).map_err(open)?;
     if !about.is_file() {
         return Err(ReadError::NotAFile { path: path.to_owned() });

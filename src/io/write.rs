@@ -105,7 +105,7 @@ pub fn write_run(
     record: &RunRecord,
 ) -> Result<[PathBuf; 3], WriteError> {
     let made = !folder.exists();
-    fs::create_dir_all(folder).map_err(|source| WriteError::Io { path: folder.to_owned(), source })?;
+    fs::create_dir_all(folder).map_err(|reason| WriteError::Io { path: folder.to_owned(), reason })?;
     let paths = [SEGMENTED_FILE, PRIMITIVES_FILE, REPORT_FILE].map(|name| folder.join(name));
     let mut placed: Vec<&Path> = Vec::new();
     let written = (|| {
@@ -140,7 +140,7 @@ fn staged(
     path: &Path,
     content: impl FnOnce(&mut BufWriter<&mut fs::File>) -> io::Result<()>,
 ) -> Result<NamedTempFile, WriteError> {
-    let failed = |source| WriteError::Io { path: path.to_owned(), source };
+    let failed = |reason| WriteError::Io { path: path.to_owned(), reason };
     if path.is_dir() {
         return Err(WriteError::IsAFolder { path: path.to_owned() });
     }
@@ -160,7 +160,7 @@ fn staged(
 
 /// Gives a temporary file its name, in place of what stood there.
 fn persist(file: NamedTempFile, path: &Path) -> Result<(), WriteError> {
-    file.persist(path).map(drop).map_err(|e| WriteError::Io { path: path.to_owned(), source: e.error })
+    file.persist(path).map(drop).map_err(|e| WriteError::Io { path: path.to_owned(), reason: e.error })
 }
 
 /// What can't be said in a file is an error of its content.
