@@ -59,7 +59,9 @@ fn the_viewport_shows_the_shape_and_its_layers() {
     driver.press(&format!("Primitive {id}"));
     driver.press("Solid");
     driver.set_light();
-    keep(&driver.harness.render().unwrap(), "window-light.png");
+    let light = driver.harness.render().unwrap();
+    keep(&light, "window-light.png");
+    assert!(light.get_pixel(4, 4).0[0] > 200 && dark.get_pixel(4, 4).0[0] < 60, "the theme is switched");
 
     driver.press(&format!("Primitive {id}"));
     driver.toggle("Primitives");

@@ -11,6 +11,18 @@ use superform::session::Verb;
 use superform::worker::{Activity, Source};
 use ui_common::{Driver, options};
 
+/// More iterations than are made before a test presses its button.
+const LONG: u32 = 500;
+
+/// The window in the middle of a run that doesn't end by itself for long.
+fn running() -> Driver {
+    let mut options = options(Source::BuiltIn);
+    options.params.iterations = LONG;
+    let mut driver = Driver::start(options, [1280.0, 800.0]);
+    driver.until(|s| s.snapshot.as_ref().is_some_and(|s| s.abstraction.iteration >= 1));
+    driver
+}
+
 #[test]
 fn the_shape_becomes_primitives_without_a_touch() {
     let driver = Driver::finished();
@@ -27,19 +39,20 @@ fn the_shape_becomes_primitives_without_a_touch() {
 
 #[test]
 fn a_run_is_paused_stepped_and_continued() {
-    let mut driver = Driver::start(options(Source::BuiltIn), [1280.0, 800.0]);
-    driver.until(|s| s.snapshot.as_ref().is_some_and(|s| s.abstraction.iteration >= 1));
+    let mut driver = running();
     driver.press("Pause");
     driver.settle();
     let paused_at = driver.iteration();
-    assert!(paused_at < 6, "it was paused in the middle");
+    assert!((1..LONG).contains(&paused_at), "it was paused in the middle");
     assert!(driver.shows("Paused"));
     driver.press("Step iteration");
     driver.settle();
     assert_eq!(driver.iteration(), paused_at + 1);
+    driver.slide("Iterations T", f64::from(paused_at + 4));
     driver.press("Run");
     driver.settle();
     assert_eq!(driver.session().phase(), Some(Phase::Finished));
+    assert_eq!(driver.iteration(), paused_at + 4, "a changed T is taken on the way");
     // Every iteration was seen once: pausing loses nothing.
     let iterations: Vec<u32> = driver.session().history.entries().iter().map(|e| e.iteration).collect();
     assert!(iterations.windows(2).all(|w| w[1] == w[0] || w[1] == w[0] + 1), "{iterations:?}");
@@ -91,10 +104,10 @@ fn sliders_reach_the_sampler() {
 
 #[test]
 fn a_slider_moved_during_the_run_is_taken_on_the_way() {
-    let mut driver = Driver::start(options(Source::BuiltIn), [1280.0, 800.0]);
-    driver.until(|s| s.snapshot.as_ref().is_some_and(|s| s.abstraction.iteration >= 1));
+    let mut driver = running();
     driver.slide("New cluster p0", 0.5);
     driver.until(|s| s.snapshot.as_ref().is_some_and(|s| (s.params.p0 - 0.5).abs() < 1e-6));
+    driver.press("Pause");
     driver.settle();
     assert_eq!(driver.session().history.entries().first().map(|e| e.iteration), Some(0), "no new start");
 }

@@ -14,7 +14,7 @@ use crate::session::scene::extent_of;
 use crate::worker::Pace;
 
 /// Width of the column of labels.
-const LABELS: f32 = 92.0;
+const LABELS: f32 = 104.0;
 /// Width of an editable number.
 const NUMBER: f32 = 58.0;
 /// Bounds of the number of samples.
@@ -52,23 +52,24 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         let size = extent_of(&loaded.cloud.points);
         let text = format!("{} × {} × {}", length(size.x), length(size.y), length(size.z));
         fact(ui, "Size", &text).on_hover_text(format!("{text}, along x, y and z in the file's units"));
-        fact(ui, "Samples", &count(loaded.cloud.points.len()))
-            .on_hover_text("Points on the surface that are clustered");
     });
     let mut sampling = session.sampling;
     ui.horizontal(|ui| {
-        let label = ui.label(RichText::new("Sample").color(Palette::of(ui).weak)).id;
+        let label = labelled(ui, "Samples");
+        let used = count(loaded.cloud.points.len());
         ui.add(DragValue::new(&mut sampling.points).range(SAMPLES).speed(20.0))
             .labelled_by(label)
-            .on_hover_text("Number of samples N");
+            .on_hover_text(format!(
+                "Number N of points on the surface that are clustered; {used} in this run"
+            ));
         let label = ui.label(RichText::new("seed").color(Palette::of(ui).weak)).id;
         ui.add(DragValue::new(&mut sampling.seed).speed(0.05))
             .labelled_by(label)
             .on_hover_text("Seed of the sampling");
-        if session.is_enabled(Verb::Resample) {
-            verb_button(ui, session, Verb::Resample, 0.0, actions);
-        }
     });
+    if session.is_enabled(Verb::Resample) {
+        verb_button(ui, session, Verb::Resample, ui.available_width(), actions);
+    }
     if sampling != session.sampling {
         actions.push(Action::SetSampling(sampling));
     }
@@ -77,25 +78,19 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
 fn run(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     section(ui, "Run");
     let gap = ui.spacing().item_spacing.x;
-    let half = (ui.available_width() - gap) / 2.0;
+    let width = ui.available_width();
+    let half = (width - gap) / 2.0;
     ui.horizontal(|ui| {
-        if session.is_enabled(Verb::Pause) {
-            primary_button(ui, session, Verb::Pause, half, actions);
-        } else {
-            primary_button(ui, session, Verb::Run, half, actions);
+        let verb = if session.is_enabled(Verb::Pause) { Verb::Pause } else { Verb::Run };
+        primary_button(ui, session, verb, half, actions);
+        verb_button(ui, session, Verb::Reset, half, actions);
+    });
+    ui.horizontal(|ui| {
+        ui.spacing_mut().button_padding.x = 4.0;
+        let third = (width - 2.0 * gap) / 3.0;
+        for (verb, more) in [(Verb::StepIteration, 10.0), (Verb::StepMerge, 0.0), (Verb::MergeAll, -10.0)] {
+            verb_button(ui, session, verb, third + more, actions);
         }
-        ui.scope(|ui| {
-            ui.spacing_mut().interact_size.y = theme::ROW + 4.0;
-            verb_button(ui, session, Verb::Reset, half, actions);
-        });
-    });
-    ui.horizontal(|ui| {
-        verb_button(ui, session, Verb::StepIteration, half, actions);
-        verb_button(ui, session, Verb::StepMerge, half, actions);
-    });
-    ui.horizontal(|ui| {
-        ui.allocate_space(egui::vec2(half, theme::ROW));
-        verb_button(ui, session, Verb::MergeAll, half, actions);
     });
     ui.horizontal(|ui| {
         ui.label(RichText::new("Pace").color(Palette::of(ui).weak))

@@ -158,7 +158,8 @@ impl Dialogs {
     fn show_prompt(&mut self, ctx: &Context, actions: &mut Vec<Action>) {
         let Some(prompt) = &mut self.prompt else { return };
         let mut done = false;
-        let response = Modal::new(egui::Id::unique("path prompt")).show(ctx, |ui| {
+        let frame = egui::Frame::popup(&ctx.global_style()).inner_margin(14.0);
+        let response = Modal::new(egui::Id::unique("path prompt")).frame(frame).show(ctx, |ui| {
             ui.set_width(420.0);
             ui.heading(prompt.purpose.title());
             ui.add_space(4.0);

@@ -25,8 +25,8 @@ use overlays::Overlays;
 use viewport::Viewport;
 
 /// Widths of the side panels in logical pixels.
-const LEFT: f32 = 276.0;
-const RIGHT: f32 = 246.0;
+const LEFT: f32 = 290.0;
+const RIGHT: f32 = 272.0;
 
 /// What the window remembers besides the session.
 #[derive(Debug)]

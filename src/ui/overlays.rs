@@ -109,17 +109,19 @@ fn shortcuts(ctx: &Context, session: &Session, actions: &mut Vec<Action>) {
         .pivot(Align2::CENTER_CENTER)
         .default_pos(ctx.content_rect().center())
         .show(ctx, |ui| {
-            ScrollArea::vertical().max_height(ctx.content_rect().height() - 140.0).show(ui, |ui| {
+            ScrollArea::vertical().max_height(ctx.content_rect().height() - 110.0).show(ui, |ui| {
                 ui.horizontal_top(|ui| {
                     ui.vertical(|ui| {
                         keys(ui, Group::File);
                         keys(ui, Group::Run);
-                        keys(ui, Group::Help);
                     });
                     ui.add_space(20.0);
                     ui.vertical(|ui| keys(ui, Group::View));
                     ui.add_space(20.0);
-                    ui.vertical(|ui| table(ui, "Mouse", MOUSE.iter().map(|(k, v)| ((*k).to_owned(), *v))));
+                    ui.vertical(|ui| {
+                        table(ui, "Mouse", MOUSE.iter().map(|(k, v)| ((*k).to_owned(), *v)));
+                        keys(ui, Group::Help);
+                    });
                 });
             });
         });

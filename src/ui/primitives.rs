@@ -213,12 +213,13 @@ fn inspector(ui: &mut Ui, primitive: &Primitive) {
             vec![length(primitive.sigma)],
         ),
     ];
-    ui.spacing_mut().item_spacing.x = 4.0;
-    Grid::new("theta").num_columns(4).min_col_width(48.0).spacing(vec2(4.0, 5.0)).show(ui, |ui| {
+    Grid::new("theta").num_columns(4).min_col_width(48.0).spacing(vec2(8.0, 5.0)).show(ui, |ui| {
         for (label, tooltip, values) in rows {
             ui.label(RichText::new(label).color(weak)).on_hover_text(tooltip);
             for value in values {
-                ui.label(value).on_hover_text(tooltip);
+                ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                    ui.label(value).on_hover_text(tooltip);
+                });
             }
             ui.end_row();
         }

@@ -2,7 +2,7 @@
 //! step; at the very bottom the status line.
 
 use egui::{Color32, Label, Layout, ProgressBar, RichText, Ui, vec2};
-use egui_plot::{Line, Plot, PlotPoints, VLine};
+use egui_plot::{GridMark, Line, Plot, PlotPoints, VLine};
 
 use super::theme::Palette;
 use super::widgets::{count, length};
@@ -104,7 +104,10 @@ impl Curve {
                 .allow_boxed_zoom(false)
                 .allow_double_click_reset(false)
                 .show_axes([false, true])
-                .y_axis_min_width(30.0)
+                .show_grid([false, true])
+                .show_background(false)
+                .y_axis_min_width(34.0)
+                .y_grid_spacer(move |_| marks(top))
                 .y_axis_formatter(|mark, _| axis_number(mark.value))
                 .include_x(0.0)
                 .include_x(last)
@@ -135,6 +138,16 @@ impl Curve {
                 });
         });
     }
+}
+
+/// Marks at 0 and at one or two round values below `top`.
+fn marks(top: f64) -> Vec<GridMark> {
+    if !(top.is_finite() && top > 0.0) {
+        return Vec::new();
+    }
+    let power = 10_f64.powf((top / 2.0).log10().floor());
+    let step = [5.0, 2.0, 1.0].map(|n| n * power).into_iter().find(|s| 2.0 * s <= top).unwrap_or(power);
+    (0..=(top / step) as usize).map(|i| GridMark { value: i as f64 * step, step_size: step }).collect()
 }
 
 fn faint(color: Color32) -> Color32 {

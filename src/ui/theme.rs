@@ -100,6 +100,8 @@ pub(super) fn choose(ctx: &egui::Context, choice: ThemeChoice) {
     };
     if ctx.options(|o| o.theme_preference) != preference {
         ctx.set_theme(preference);
+        // This frame's style was taken before.
+        ctx.request_repaint();
     }
 }
 

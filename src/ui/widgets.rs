@@ -45,7 +45,7 @@ pub(super) fn primary_button(
 ) {
     let palette = Palette::of(ui);
     let text = RichText::new(verb.entry().text).color(palette.on_accent).strong();
-    let button = Button::new(text).fill(palette.accent).min_size(vec2(width, theme::ROW + 4.0));
+    let button = Button::new(text).fill(palette.accent).min_size(vec2(width, theme::ROW));
     add_verb(ui, session, verb, button, actions);
 }
 
@@ -76,6 +76,7 @@ pub(super) fn menu_item(ui: &mut Ui, session: &Session, verb: Verb, actions: &mu
 
 /// One of several choices in a row; whether it was chosen.
 pub(super) fn choice(ui: &mut Ui, on: bool, text: &str, width: f32) -> bool {
+    ui.spacing_mut().button_padding.x = 3.0;
     let button = Button::selectable(on, text).min_size(vec2(width, theme::ROW)).frame_when_inactive(true);
     ui.add(button).clicked()
 }

@@ -61,6 +61,7 @@ impl Driver {
         self.harness.get_by_role_and_label(Role::Button, "Theme").hover();
         self.harness.run_steps(3);
         self.press("Light");
+        self.harness.run_steps(2);
     }
 
     /// The window after the run of the built-in shape.
