@@ -30,12 +30,23 @@ pub struct Options {
     pub screenshot: Option<PathBuf>,
 }
 
+/// Why [`run`] gave up.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// There is no display, no driver, or the window system refuses.
+    #[error("the window can't be opened: {0}")]
+    NoWindow(String),
+    /// The window was there, but the screenshot that was asked for could not
+    /// be made: the shape can't be loaded, or the picture not written.
+    #[error("{0}")]
+    NoPicture(String),
+}
+
 /// Opens the window and returns when it is closed.
 ///
 /// # Errors
-/// Where there is no display or no driver, and, with a screenshot asked for,
-/// where the shape can't be loaded or the picture can't be written.
-pub fn run(options: Options) -> anyhow::Result<()> {
+/// See [`RunError`].
+pub fn run(options: Options) -> Result<(), RunError> {
     let (sender, outcome) = channel();
     let wants_picture = options.screenshot.is_some();
     let native = eframe::NativeOptions {
@@ -56,11 +67,12 @@ pub fn run(options: Options) -> anyhow::Result<()> {
             Ok(Box::new(app))
         }),
     )
-    .map_err(|error| anyhow::anyhow!("{error}"))
-    .context("the window could not be opened; `superform run` does the same without one")?;
+    .map_err(|error| RunError::NoWindow(error.to_string()))?;
     match outcome.try_recv() {
-        Ok(result) => result,
-        Err(_) if wants_picture => anyhow::bail!("the window was closed before its picture was taken"),
+        Ok(result) => result.map_err(|error| RunError::NoPicture(format!("{error:#}"))),
+        Err(_) if wants_picture => {
+            Err(RunError::NoPicture("the window was closed before its picture was taken".to_owned()))
+        }
         Err(_) => Ok(()),
     }
 }

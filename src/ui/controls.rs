@@ -1,7 +1,5 @@
 //! The left panel: the shape, the run, its parameters.
 
-use std::ops::RangeInclusive;
-
 use egui::{DragValue, Grid, Label, RichText, Slider, Ui};
 
 use super::theme::{self, Palette};
@@ -11,14 +9,12 @@ use crate::io::ShapeGeometry;
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 use crate::session::scene::extent_of;
-use crate::worker::Pace;
+use crate::worker::{Pace, SamplingOptions};
 
 /// Width of the column of labels.
 const LABELS: f32 = 104.0;
 /// Width of an editable number.
 const NUMBER: f32 = 58.0;
-/// Bounds of the number of samples.
-const SAMPLES: RangeInclusive<usize> = 50..=200_000;
 
 pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     shape(ui, session, actions);
@@ -57,7 +53,8 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
         let label = labelled(ui, "Samples");
         let used = count(loaded.cloud.points.len());
-        ui.add(DragValue::new(&mut sampling.points).range(SAMPLES).speed(20.0))
+        let (least, most) = SamplingOptions::POINTS;
+        ui.add(DragValue::new(&mut sampling.points).range(least..=most).speed(20.0))
             .labelled_by(label)
             .on_hover_text(format!(
                 "Number N of points on the surface that are clustered; {used} in this run"

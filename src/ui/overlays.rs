@@ -25,6 +25,7 @@ impl Overlays {
         viewport: egui::Rect,
         actions: &mut Vec<Action>,
     ) {
+        caption(ctx, session, viewport);
         error_box(ctx, session, viewport, actions);
         self.note(ctx, session, viewport);
         drop_hint(ctx, viewport);
@@ -46,8 +47,8 @@ impl Overlays {
         }
         ctx.request_repaint_after(std::time::Duration::from_secs_f64(left));
         Area::new(Id::unique("note"))
-            .pivot(Align2::CENTER_BOTTOM)
-            .fixed_pos(viewport.center_bottom() - vec2(0.0, 14.0))
+            .pivot(Align2::CENTER_TOP)
+            .fixed_pos(viewport.center_top() + vec2(0.0, 14.0))
             .interactable(false)
             .show(ctx, |ui| {
                 Frame::popup(ui.style()).show(ui, |ui| {
@@ -56,6 +57,26 @@ impl Overlays {
                 });
             });
     }
+}
+
+/// What the last merge came to, along the viewport's lower edge.
+fn caption(ctx: &Context, session: &Session, viewport: egui::Rect) {
+    let Some(text) = &session.merge_text else { return };
+    // Beside the axes in the corner.
+    let left = 72.0;
+    Area::new(Id::unique("caption"))
+        .order(egui::Order::Background)
+        .pivot(Align2::LEFT_BOTTOM)
+        .fixed_pos(viewport.left_bottom() + vec2(left, -10.0))
+        .interactable(false)
+        .show(ctx, |ui| {
+            let width = viewport.width() - left - 16.0;
+            let fill = Palette::of(ui).overlay.gamma_multiply(0.85);
+            Frame::new().fill(fill).corner_radius(4.0).inner_margin(6.0).show(ui, |ui| {
+                ui.set_max_width(width - 12.0);
+                ui.add(Label::new(text).wrap());
+            });
+        });
 }
 
 fn error_box(ctx: &Context, session: &Session, viewport: egui::Rect, actions: &mut Vec<Action>) {

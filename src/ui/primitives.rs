@@ -23,7 +23,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     divide(ui);
     let primitives = session.primitives();
     ui.horizontal(|ui| {
-        section(ui, "Primitives");
+        ui.label(RichText::new("Primitives").strong());
         ui.label(RichText::new(count(primitives.len())).color(Palette::of(ui).weak));
         if !session.hidden.is_empty() {
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {

@@ -1,7 +1,7 @@
 //! Under the viewport: how far the run is, and K and the mean error of every
 //! step; at the very bottom the status line.
 
-use egui::{Color32, Label, Layout, ProgressBar, RichText, Ui, vec2};
+use egui::{Color32, Layout, ProgressBar, RichText, Ui, vec2};
 use egui_plot::{GridMark, Line, Plot, PlotPoints, VLine};
 
 use super::theme::Palette;
@@ -26,10 +26,6 @@ pub(super) fn show(ui: &mut Ui, session: &Session) {
         let text = format!("Iteration {iteration} of {total}");
         ui.add(bar).on_hover_text(&text);
         ui.label(text);
-        if let Some(merge) = &session.merge_text {
-            ui.separator();
-            ui.add(Label::new(merge).truncate()).on_hover_text(merge);
-        }
     });
     ui.add_space(2.0);
     let entries = session.history.entries();
@@ -145,8 +141,10 @@ fn marks(top: f64) -> Vec<GridMark> {
     if !(top.is_finite() && top > 0.0) {
         return Vec::new();
     }
-    let power = 10_f64.powf((top / 2.0).log10().floor());
-    let step = [5.0, 2.0, 1.0].map(|n| n * power).into_iter().find(|s| 2.0 * s <= top).unwrap_or(power);
+    // The smallest of 1, 2, 5, 10 times a power of ten that leaves room for the numbers.
+    let power = 10_f64.powf(top.log10().floor() - 1.0);
+    let step = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0].map(|n| n * power).into_iter().find(|s| top / s < 2.5);
+    let Some(step) = step else { return Vec::new() };
     (0..=(top / step) as usize).map(|i| GridMark { value: i as f64 * step, step_size: step }).collect()
 }
 
