@@ -21,6 +21,7 @@ struct Frame {
     grid_origin: vec4<f32>,
     // w is the radius
     grid_u: vec4<f32>,
+    // w is the number of texels along the side of a pixel
     grid_v: vec4<f32>,
     grid_color: vec4<f32>,
     ghost_color: vec4<f32>,

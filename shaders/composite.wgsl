@@ -30,13 +30,17 @@ fn depth_at(pixel: vec2<i32>) -> f32 {
 // How dark a sample of depth `d` gets. `pairs` holds the mean clip depth of
 // opposite neighbours: over a plane it is the sample's own, in a crease or
 // behind an edge it is nearer.
-fn shadow(d: f32, near_pairs: vec4<f32>, wide_pairs: vec4<f32>, radius: vec2<f32>) -> f32 {
+fn shadow(d: f32, pairs: array<vec4<f32>, 3>, radius: vec3<f32>) -> f32 {
     let z = linear_depth(d);
     let slope = depth_slope(d, z);
     let pixel = units_per_pixel(z);
-    let sharp = clamp((near_pairs - d) * slope / (pixel * radius.x * 5.0), vec4<f32>(0.0), vec4<f32>(1.0));
-    let soft = clamp((wide_pairs - d) * slope / (pixel * radius.y * 4.0), vec4<f32>(0.0), vec4<f32>(1.0));
-    return dot(sharp, vec4<f32>(0.085)) + dot(soft, vec4<f32>(0.055));
+    let sharp = clamp((pairs[0] - d) * slope / (pixel * radius.x * 5.0), vec4<f32>(0.0), vec4<f32>(1.0));
+    let soft = clamp((pairs[1] - d) * slope / (pixel * radius.y * 4.0), vec4<f32>(0.0), vec4<f32>(1.0));
+    // The broad one is for contacts: what is far in front throws no shadow.
+    let step = (pairs[2] - d) * slope / (pixel * radius.z);
+    let broad = clamp(step / 1.5, vec4<f32>(0.0), vec4<f32>(1.0))
+        * (1.0 - smoothstep(vec4<f32>(3.0), vec4<f32>(10.0), step));
+    return dot(sharp, vec4<f32>(0.085)) + dot(soft, vec4<f32>(0.055)) + dot(broad, vec4<f32>(0.05));
 }
 
 fn pair(pixel: vec2<i32>, offset: vec2<i32>) -> f32 {
@@ -58,26 +62,25 @@ fn fs_main(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
     var sum = vec4<f32>(0.0);
     if (max(max(depths.x, depths.y), max(depths.z, depths.w)) > 0.0) {
         let r = max(i32(round(frame.params.x)), 1);
-        let w = 3 * r;
-        let wd = 2 * r;
-        var near_pairs = vec4<f32>(0.0);
-        var wide_pairs = vec4<f32>(0.0);
+        let radius = vec3<i32>(r, 3 * r, 10 * r);
+        var pairs = array<vec4<f32>, 3>();
         let strength = frame.params.w;
         if (strength > 0.0) {
-            near_pairs = vec4<f32>(
-                pair(pixel, vec2<i32>(r, 0)), pair(pixel, vec2<i32>(0, r)),
-                pair(pixel, vec2<i32>(r, r)), pair(pixel, vec2<i32>(r, -r)),
-            );
-            wide_pairs = vec4<f32>(
-                pair(pixel, vec2<i32>(w, 0)), pair(pixel, vec2<i32>(0, w)),
-                pair(pixel, vec2<i32>(wd, wd)), pair(pixel, vec2<i32>(wd, -wd)),
-            );
+            for (var k = 0; k < 3; k++) {
+                // Straight and diagonal, at about the same distance.
+                let w = radius[k];
+                let v = max(w * 7 / 10, 1);
+                pairs[k] = vec4<f32>(
+                    pair(pixel, vec2<i32>(w, 0)), pair(pixel, vec2<i32>(0, w)),
+                    pair(pixel, vec2<i32>(v, v)), pair(pixel, vec2<i32>(v, -v)),
+                );
+            }
         }
         for (var s = 0; s < SAMPLES; s++) {
             var color = load_color(pixel, s);
             if (depths[s] > 0.0) {
                 // Opaque, whatever alpha its coverage was made from.
-                let dark = strength * shadow(depths[s], near_pairs, wide_pairs, vec2<f32>(f32(r), f32(w)));
+                let dark = strength * shadow(depths[s], pairs, vec3<f32>(radius));
                 color = vec4<f32>(color.rgb * (1.0 - clamp(dark, 0.0, 0.8)), 1.0);
             }
             sum += color;

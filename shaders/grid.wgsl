@@ -37,7 +37,7 @@ fn fs_main(in: Varyings) -> @location(0) vec4<f32> {
         length(vec2<f32>(dpdx(in.place.x), dpdy(in.place.x))),
         length(vec2<f32>(dpdx(in.place.y), dpdy(in.place.y))),
     );
-    let width = frame.params.x;
+    let width = frame.params.x * frame.grid_v.w;
     let minor = lines(in.place, pixel, frame.grid_origin.w, width) * 0.45;
     let major = lines(in.place, pixel, frame.grid_origin.w * 10.0, width * 1.2);
     let normal = normalize((frame.view_from_world * vec4<f32>(cross(frame.grid_u.xyz, frame.grid_v.xyz), 0.0)).xyz);

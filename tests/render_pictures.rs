@@ -374,6 +374,20 @@ fn a_chair_in_all_styles_and_themes() {
     }
     set_points(&mut offscreen, &points, &colors);
     set_primitives(&mut offscreen, &primitives);
+    let close = Frame {
+        pixels_per_point: 2.0,
+        surface_style: SurfaceStyle::Solid,
+        camera: CameraMatrices::perspective(
+            Vec3::new(0.6, 0.5, 0.9),
+            Vec3::new(0.05, 0.0, 0.05),
+            Vec3::Y,
+            0.62,
+            1.6,
+            0.01,
+        ),
+        ..Frame::new([1280, 800], camera([1280, 800]))
+    };
+    offscreen.render(&close).unwrap().save(folder.join("chair-close.png")).unwrap();
     let size = [1280, 800];
     let eye = Vec3::new(1.25, 0.85, 1.9);
     let camera = CameraMatrices::perspective(eye, Vec3::new(0.0, -0.04, 0.0), Vec3::Y, 0.62, 1.6, 0.01);

@@ -300,6 +300,11 @@ fn samples_are_evenly_spaced() {
             others.map(|(_, (q, _))| (q - p).norm()).fold(f64::INFINITY, f64::min)
         };
         let gaps: Vec<f64> = samples.iter().enumerate().map(|(i, (p, _))| nearest(p, i)).collect();
+        // No heaps, not even at a pole: a ball of the spacing's radius around a
+        // sample holds π others on average.
+        let crowd = |p: &Point3<f64>| samples.iter().filter(|(q, _)| (q - p).norm() < spacing).count() - 1;
+        let crowd = samples.iter().map(|(p, _)| crowd(p)).max().unwrap();
+        assert!(s.semi_axes.min() < spacing || crowd <= 8, "{s:?}: {crowd} within a spacing");
         let mean = gaps.iter().sum::<f64>() / gaps.len() as f64;
         assert!(mean > 0.55 * spacing && mean < 1.2 * spacing, "{s:?}: mean gap {mean}");
         let surface = tessellate(&s, Resolution::default());

@@ -368,6 +368,8 @@ struct AreaGrid {
     rows: [f64; ROWS + 1],
     /// Length of the profile from the south pole up to the start of each row.
     ways: [f64; ROWS + 1],
+    /// Width of the section at the start of each row, to a factor.
+    widths: [f64; ROWS + 1],
 }
 
 impl AreaGrid {
@@ -387,6 +389,7 @@ impl AreaGrid {
             columns: [[0.0; SECTION_PIECES + 1]; ROWS],
             rows: [0.0; ROWS + 1],
             ways: [0.0; ROWS + 1],
+            widths: [0.0; ROWS + 1],
         };
         // x and y of the section at the lower and the upper edge of a row.
         let ring = |p: &Node| {
@@ -410,6 +413,7 @@ impl AreaGrid {
             grid.rows[row + 1] = grid.rows[row] + sum;
             let length = (0.5 * (high.0 + high.1 - low.0 - low.1)).hypot(dz);
             grid.ways[row + 1] = grid.ways[row] + length;
+            grid.widths[row + 1] = high.0 + high.1;
             low = high;
         }
         grid
@@ -424,6 +428,14 @@ impl AreaGrid {
             let node = self.profile[PROFILE_PIECES - k];
             Node { s: -node.s, n: -node.n, ..node }
         }
+    }
+
+    /// Area of the quarter from the south pole up to the part `t` of the way
+    /// through a row, whose width changes evenly on the way.
+    fn area_below(&self, row: usize, t: f64) -> f64 {
+        let (w0, w1) = (self.widths[row], self.widths[row + 1]);
+        let part = if w0 + w1 > 0.0 { t * (2.0 * w0 + (w1 - w0) * t) / (w0 + w1) } else { t };
+        self.rows[row] + part * (self.rows[row + 1] - self.rows[row])
     }
 
     /// The point of the section after the part `turn`, in [0, 1), of the area
@@ -509,7 +521,7 @@ pub fn surface_samples_into(
         let (middle, t) = walk((band as f64 + 0.5) / bands as f64);
         let profile = Node::between(&grid.profile_node(middle), &grid.profile_node(middle + 1), t);
         let (last, t) = walk((band + 1) as f64 / bands as f64);
-        let area_below = grid.rows[last] + t * (grid.rows[last + 1] - grid.rows[last]);
+        let area_below = grid.area_below(last, t);
         let until = if band + 1 == bands { count as f64 } else { count as f64 * area_below / quarter };
         let here = (until.round() as usize).saturating_sub(samples.len());
         for k in 0..here {

@@ -1,10 +1,11 @@
 //! The renderer's textures, and the pass that makes a picture of them.
 
-use super::gpu::{COLOR_FORMAT, DEPTH_FORMAT, Recipe};
+use super::gpu::{COLOR_FORMAT, DEPTH_FORMAT, Recipe, Sampling};
 
 /// Textures of one size.
 #[derive(Debug)]
 pub(super) struct Targets {
+    /// Of the picture; the scene's textures may be larger.
     pub(super) size: [u32; 2],
     pub(super) color: wgpu::TextureView,
     pub(super) depth: wgpu::TextureView,
@@ -21,12 +22,12 @@ pub(super) struct Composite {
     pipeline: wgpu::RenderPipeline,
     layout: wgpu::BindGroupLayout,
     sampler: wgpu::Sampler,
-    samples: u32,
+    sampling: Sampling,
 }
 
 impl Composite {
     pub(super) fn new(recipe: &Recipe<'_>) -> Self {
-        let multisampled = recipe.samples > 1;
+        let multisampled = recipe.sampling == Sampling::Multi;
         let texture = |binding, multisampled, filterable| wgpu::BindGroupLayoutEntry {
             binding,
             visibility: wgpu::ShaderStages::FRAGMENT,
@@ -52,10 +53,10 @@ impl Composite {
                 },
             ],
         });
-        let access = if multisampled {
-            include_str!("../../shaders/samples_4.wgsl")
-        } else {
-            include_str!("../../shaders/samples_1.wgsl")
+        let access = match recipe.sampling {
+            Sampling::Single => include_str!("../../shaders/samples_1.wgsl"),
+            Sampling::Multi => include_str!("../../shaders/samples_4.wgsl"),
+            Sampling::Super => include_str!("../../shaders/samples_2x2.wgsl"),
         };
         let module = recipe.shader("composite", &[access, include_str!("../../shaders/composite.wgsl")]);
         let pipeline_layout = recipe.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -85,16 +86,17 @@ impl Composite {
             cache: None,
         });
         let sampler = linear_sampler(recipe.device);
-        Self { pipeline, layout, sampler, samples: recipe.samples }
+        Self { pipeline, layout, sampler, sampling: recipe.sampling }
     }
 
-    /// Textures of `size`, whose sides must be at least 1.
+    /// Textures for a picture of `size`, whose sides must be at least 1.
     pub(super) fn targets(&self, device: &wgpu::Device, size: [u32; 2]) -> Targets {
         use wgpu::TextureUsages as Usage;
-        let texture = |label, format, samples, usage| {
+        let texture = |label, format, scale, samples, usage| {
+            let [width, height] = size.map(|s| s * scale);
             device.create_texture(&wgpu::TextureDescriptor {
                 label: Some(label),
-                size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
+                size: wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
                 mip_level_count: 1,
                 sample_count: samples,
                 dimension: wgpu::TextureDimension::D2,
@@ -103,14 +105,17 @@ impl Composite {
                 view_formats: &[],
             })
         };
-        let view = |texture: &wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
-        let color = view(&texture("scene colour", COLOR_FORMAT, self.samples, Usage::TEXTURE_BINDING));
-        let depth = view(&texture("scene depth", DEPTH_FORMAT, self.samples, Usage::TEXTURE_BINDING));
-        let mask = view(&texture("silhouettes", COLOR_FORMAT, 1, Usage::TEXTURE_BINDING));
-        let mask_samples = (self.samples > 1)
-            .then(|| view(&texture("silhouette samples", COLOR_FORMAT, self.samples, Usage::empty())));
+        let view = |texture: wgpu::Texture| texture.create_view(&wgpu::TextureViewDescriptor::default());
+        let (scale, samples) = (self.sampling.scale(), self.sampling.samples());
+        let scene = |label, format| view(texture(label, format, scale, samples, Usage::TEXTURE_BINDING));
+        let color = scene("scene colour", COLOR_FORMAT);
+        let depth = scene("scene depth", DEPTH_FORMAT);
+        let mask = view(texture("silhouettes", COLOR_FORMAT, scale, 1, Usage::TEXTURE_BINDING));
+        let mask_samples = (samples > 1)
+            .then(|| view(texture("silhouette samples", COLOR_FORMAT, scale, samples, Usage::empty())));
         let usage = Usage::TEXTURE_BINDING | Usage::COPY_SRC;
-        let picture_texture = texture("picture", COLOR_FORMAT, 1, usage);
+        let picture_texture = texture("picture", COLOR_FORMAT, 1, 1, usage);
+        let picture = picture_texture.create_view(&wgpu::TextureViewDescriptor::default());
         let inputs = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("composite"),
             layout: &self.layout,
@@ -121,7 +126,6 @@ impl Composite {
                 wgpu::BindGroupEntry { binding: 3, resource: wgpu::BindingResource::Sampler(&self.sampler) },
             ],
         });
-        let picture = view(&picture_texture);
         Targets { size, color, depth, mask_samples, mask, picture, picture_texture, inputs }
     }
 
@@ -159,4 +163,32 @@ pub(super) fn linear_sampler(device: &wgpu::Device) -> wgpu::Sampler {
         min_filter: wgpu::FilterMode::Linear,
         ..wgpu::SamplerDescriptor::default()
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::{Arc, Mutex};
+
+    use super::*;
+    use crate::render::gpu::frame_layout;
+
+    /// Also the way that only GL takes is valid, checked without a driver.
+    #[test]
+    fn each_way_of_sampling_has_a_valid_pipeline_and_textures() {
+        let (device, _queue) = wgpu::Device::noop(&wgpu::DeviceDescriptor {
+            required_limits: wgpu::Limits::downlevel_webgl2_defaults(),
+            ..wgpu::DeviceDescriptor::default()
+        });
+        let errors = Arc::new(Mutex::new(Vec::new()));
+        let sink = errors.clone();
+        device.on_uncaptured_error(Arc::new(move |error| sink.lock().unwrap().push(error.to_string())));
+        let frame_layout = frame_layout(&device);
+        for sampling in [Sampling::Single, Sampling::Multi, Sampling::Super] {
+            let composite =
+                Composite::new(&Recipe { device: &device, frame_layout: &frame_layout, sampling });
+            composite.targets(&device, [3, 5]);
+            assert_eq!(*errors.lock().unwrap(), Vec::<String>::new(), "{sampling:?}");
+        }
+        assert_eq!(Sampling::new(4, wgpu::Backend::Gl), Sampling::Super);
+    }
 }

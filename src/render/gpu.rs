@@ -15,6 +15,38 @@ pub(super) const OVER: wgpu::BlendState = wgpu::BlendState::PREMULTIPLIED_ALPHA_
 
 const COMMON: &str = include_str!("../../shaders/common.wgsl");
 
+/// How the scene's edges are smoothed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Sampling {
+    /// They are not.
+    Single,
+    /// Four samples a pixel in multisampled textures.
+    Multi,
+    /// Textures of twice the width and height: wgpu's GL backend can't read
+    /// from multisampled textures.
+    Super,
+}
+
+impl Sampling {
+    pub(super) fn new(msaa: u32, backend: wgpu::Backend) -> Self {
+        match (msaa, backend) {
+            (0 | 1, _) => Self::Single,
+            (_, wgpu::Backend::Gl) => Self::Super,
+            _ => Self::Multi,
+        }
+    }
+
+    /// Samples a texel of the scene's textures.
+    pub(super) fn samples(self) -> u32 {
+        if self == Self::Multi { 4 } else { 1 }
+    }
+
+    /// Texels of the scene's textures along the side of a pixel.
+    pub(super) fn scale(self) -> u32 {
+        if self == Self::Super { 2 } else { 1 }
+    }
+}
+
 /// The struct `Frame` of common.wgsl.
 #[repr(C)]
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
@@ -34,8 +66,8 @@ pub(super) struct FrameUniforms {
 }
 
 impl FrameUniforms {
-    /// `size` is the size of the textures, which may be limited.
-    pub(super) fn new(frame: &Frame, size: [u32; 2], has_outlines: bool) -> Self {
+    /// `size` is the size of the picture, which may be limited.
+    pub(super) fn new(frame: &Frame, size: [u32; 2], sampling: Sampling, has_outlines: bool) -> Self {
         let camera = &frame.camera;
         let (transparent, background) = match frame.theme.background {
             Background::Gradient { top, bottom } => (0.0, [top, bottom]),
@@ -60,7 +92,7 @@ impl FrameUniforms {
             grid: [
                 Vec4::from((grid.origin, grid.spacing.max(1e-6))).to_array(),
                 Vec4::from((grid.axis_u, grid.radius)).to_array(),
-                Vec4::from((grid.axis_v, 0.0)).to_array(),
+                Vec4::from((grid.axis_v, sampling.scale() as f32)).to_array(),
             ],
             grid_color: frame.theme.grid,
             ghost_color: frame.theme.ghost,
@@ -80,14 +112,29 @@ pub(super) fn look(highlight: Highlight) -> [u8; 4] {
     }
 }
 
+/// Layout of group 0, the frame's uniforms.
+pub(super) fn frame_layout(device: &wgpu::Device) -> wgpu::BindGroupLayout {
+    device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some("frame"),
+        entries: &[wgpu::BindGroupLayoutEntry {
+            binding: 0,
+            visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
+            ty: wgpu::BindingType::Buffer {
+                ty: wgpu::BufferBindingType::Uniform,
+                has_dynamic_offset: false,
+                min_binding_size: None,
+            },
+            count: None,
+        }],
+    })
+}
+
 /// What pipelines are built from.
 #[derive(Debug)]
 pub(super) struct Recipe<'a> {
     pub(super) device: &'a wgpu::Device,
-    /// Layout of group 0, the frame's uniforms.
     pub(super) frame_layout: &'a wgpu::BindGroupLayout,
-    /// Samples a pixel of the scene's textures.
-    pub(super) samples: u32,
+    pub(super) sampling: Sampling,
 }
 
 /// How a pipeline of the scene's pass differs from the others.
@@ -153,7 +200,7 @@ impl Recipe<'_> {
             },
             depth_stencil: (drawing.depth != Depth::None).then_some(depth),
             multisample: wgpu::MultisampleState {
-                count: self.samples,
+                count: self.sampling.samples(),
                 mask: !0,
                 alpha_to_coverage_enabled: drawing.alpha_to_coverage,
             },

@@ -1,6 +1,6 @@
 //! Points as round splats.
 
-use super::gpu::{Depth, Drawing, ElementBuffer, Recipe};
+use super::gpu::{Depth, Drawing, ElementBuffer, Recipe, Sampling};
 
 /// A coordinate that the shader takes for "nowhere".
 const NOWHERE: [f32; 3] = [2e6; 3];
@@ -14,7 +14,7 @@ pub(super) struct Points {
 
 impl Points {
     pub(super) fn new(recipe: &Recipe<'_>) -> Self {
-        let soft = recipe.samples > 1;
+        let soft = recipe.sampling == Sampling::Multi;
         let positions = wgpu::vertex_attr_array![0 => Float32x3];
         let colors = wgpu::vertex_attr_array![1 => Unorm8x4];
         let buffer = |stride, attributes| {

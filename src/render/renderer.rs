@@ -3,7 +3,7 @@
 use super::blit::Blit;
 use super::composite::{Composite, Targets};
 use super::frame::{Frame, InputStyle, LineSegment, PrimitiveInstance, SurfaceStyle};
-use super::gpu::{FrameUniforms, Recipe};
+use super::gpu::{self, FrameUniforms, Recipe, Sampling};
 use super::grid::GridPlane;
 use super::lines::Lines;
 use super::mesh::InputMesh;
@@ -32,6 +32,7 @@ impl Default for RenderOptions {
 #[derive(Debug)]
 pub struct Renderer {
     options: RenderOptions,
+    sampling: Sampling,
     uniforms: wgpu::Buffer,
     frame_group: wgpu::BindGroup,
     points: Points,
@@ -51,33 +52,23 @@ impl Renderer {
     /// [`Renderer::paint`] is given.
     pub fn new(device: &wgpu::Device, color_format: wgpu::TextureFormat, options: RenderOptions) -> Self {
         let options = RenderOptions { msaa: if options.msaa >= 2 { 4 } else { 1 } };
+        let sampling = Sampling::new(options.msaa, device.adapter_info().backend);
         let uniforms = device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("frame"),
             size: size_of::<FrameUniforms>() as u64,
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        let frame_layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
-            label: Some("frame"),
-            entries: &[wgpu::BindGroupLayoutEntry {
-                binding: 0,
-                visibility: wgpu::ShaderStages::VERTEX_FRAGMENT,
-                ty: wgpu::BindingType::Buffer {
-                    ty: wgpu::BufferBindingType::Uniform,
-                    has_dynamic_offset: false,
-                    min_binding_size: None,
-                },
-                count: None,
-            }],
-        });
+        let frame_layout = gpu::frame_layout(device);
         let frame_group = device.create_bind_group(&wgpu::BindGroupDescriptor {
             label: Some("frame"),
             layout: &frame_layout,
             entries: &[wgpu::BindGroupEntry { binding: 0, resource: uniforms.as_entire_binding() }],
         });
-        let recipe = Recipe { device, frame_layout: &frame_layout, samples: options.msaa };
+        let recipe = Recipe { device, frame_layout: &frame_layout, sampling };
         Self {
             options,
+            sampling,
             points: Points::new(&recipe),
             surfaces: Surfaces::new(&recipe),
             mesh: InputMesh::new(&recipe),
@@ -160,7 +151,7 @@ impl Renderer {
         if self.shown.as_ref() == Some(frame) {
             return false;
         }
-        let limit = device.limits().max_texture_dimension_2d;
+        let limit = device.limits().max_texture_dimension_2d / self.sampling.scale();
         let size = frame.size_px.map(|s| s.min(limit));
         if size.contains(&0) {
             self.targets = None;
@@ -177,7 +168,7 @@ impl Renderer {
             self.surfaces.prepare_wires(device, queue);
         }
         let outlines = frame.layers.primitives && self.surfaces.has_outlines();
-        let uniforms = FrameUniforms::new(frame, size, outlines);
+        let uniforms = FrameUniforms::new(frame, size, self.sampling, outlines);
         queue.write_buffer(&self.uniforms, 0, bytemuck::bytes_of(&uniforms));
 
         if let Some((targets, _)) = &self.targets {
