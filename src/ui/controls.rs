@@ -181,6 +181,12 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
              but mistakes are kept too",
         );
     });
+    ui.horizontal(|ui| {
+        ui.allocate_space(egui::vec2(LABELS, theme::ROW));
+        ui.checkbox(&mut p.assign_leftovers, "Assign leftovers").on_hover_text(
+            "At the end, points that belong to no primitive go to the nearest one, unless they are outliers",
+        );
+    });
     if let Some(start) = session.stale_start() {
         let text = format!(
             "K and seed are taken at the next start; this run has K = {}, seed {}.",
