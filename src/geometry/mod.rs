@@ -2,6 +2,7 @@
 //! nothing else of this crate.
 
 pub mod cloud;
+pub mod kernel;
 pub mod mesh;
 pub mod neighbors;
 pub mod superquadric;

@@ -7,6 +7,7 @@ use super::moments::{ellipsoid_of_moments, with_axis_as_z};
 use super::sampler::Cancel;
 use super::trust_region::{Minimum, Stop, minimize};
 use crate::geometry::Superquadric;
+use crate::geometry::kernel::{self, Distance, PointBlock};
 
 /// The moments start of the paper is four times smaller than the points.
 pub(crate) const START_SHRINK: f64 = 0.25;
@@ -33,9 +34,12 @@ impl Effort {
     pub(crate) const THOROUGH: Self = Self { probe: 8, polish: 40, tolerance: 1e-4 };
 }
 
-/// Fits a primitive to `points` from the moments and, where given, from the
-/// primitive `warm`; of all starts and configurations the one with the
-/// smallest Σ r². `smallest_axis` bounds the semi-axes from below.
+/// Fits a primitive to `points` from the moments and from the primitives
+/// `warm`; of all starts and configurations the one with the smallest Σ d².
+/// `smallest_axis` bounds the semi-axes from below.
+///
+/// The radial distance leads from afar, where the first-order one knows
+/// little; the polish then minimises `distance` itself.
 ///
 /// `None` when the fit was cancelled or no start gives a finite cost.
 pub(crate) fn fit(
@@ -43,10 +47,15 @@ pub(crate) fn fit(
     warm: &[Superquadric],
     smallest_axis: f64,
     effort: Effort,
+    distance: Distance,
     cancel: &Cancel,
 ) -> Option<Minimum> {
-    let probe =
-        |start: &Superquadric| minimize(points, start, smallest_axis, effort.probe, effort.tolerance, cancel);
+    let block: PointBlock = points.iter().copied().collect();
+    let probe = |start: &Superquadric| {
+        let m =
+            minimize(&block, Distance::Radial, start, smallest_axis, effort.probe, effort.tolerance, cancel);
+        Minimum { cost: kernel::cost(&m.shape, &block, distance), ..m }
+    };
     let moments = ellipsoid_of_moments(points, START_SHRINK, smallest_axis);
     let mut best = warm.iter().chain([&moments]).map(probe).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
 
@@ -60,7 +69,8 @@ pub(crate) fn fit(
             None => break,
         }
     }
-    let polished = minimize(points, &best.shape, smallest_axis, effort.polish, effort.tolerance, cancel);
+    let polished =
+        minimize(&block, distance, &best.shape, smallest_axis, effort.polish, effort.tolerance, cancel);
     if polished.cost <= best.cost {
         best = polished;
     }
@@ -99,4 +109,10 @@ fn similar_configurations(shape: &Superquadric) -> Vec<Superquadric> {
         }
     }
     found
+}
+
+/// Σ r² of points to a primitive: the statistic of the paper's noise model,
+/// whatever distance the fit minimises.
+pub(crate) fn sum_squared_radial(shape: &Superquadric, points: &[Point3<f64>]) -> f64 {
+    kernel::cost(shape, &points.iter().copied().collect(), Distance::Radial)
 }
