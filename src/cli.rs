@@ -199,7 +199,8 @@ pub fn refuse(problem: &str) -> ExitCode {
     ExitCode::from(2)
 }
 
-fn fail(problem: &str) -> ExitCode {
+/// Says what went wrong in the job.
+pub fn fail(problem: &str) -> ExitCode {
     say(problem);
     ExitCode::FAILURE
 }

@@ -27,6 +27,8 @@ fn open(request: WindowRequest) -> ExitCode {
     use std::any::Any;
     use std::panic;
 
+    use superform::app::RunError;
+
     /// The message of a panic over a library that the window needs at run
     /// time and that isn't installed (libxkbcommon-x11, for one): the window
     /// toolkit knows no other way to say so.
@@ -46,7 +48,8 @@ fn open(request: WindowRequest) -> ExitCode {
     }));
     let why = match panic::catch_unwind(|| superform::app::run(options)) {
         Ok(Ok(())) => return ExitCode::SUCCESS,
-        Ok(Err(error)) => format!("{error:#}"),
+        Ok(Err(RunError::NoPicture(problem))) => return cli::fail(&problem),
+        Ok(Err(RunError::NoWindow(why))) => why,
         Err(payload) => match missing_library(payload.as_ref()) {
             Some(text) => text.trim_end_matches('.').to_owned(),
             None => panic::resume_unwind(payload),
