@@ -1,1 +1,322 @@
-//! To be written.
+//! The window: the composition root of worker, session and interface.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::time::Duration;
+
+use anyhow::Context as _;
+use egui::ColorImage;
+
+use crate::inference::{Params, Phase};
+use crate::session::{Action, Effect, Session};
+use crate::ui::{Interface, Purpose};
+use crate::worker::{Activity, Command, Event, Pace, SamplingOptions, Source, Worker};
+
+/// Smallest and first size of the window, in logical pixels.
+const MIN_SIZE: [f32; 2] = [960.0, 640.0];
+const SIZE: [f32; 2] = [1440.0, 900.0];
+/// Frames between the end of the run and its picture: the last state has to
+/// be laid out and drawn.
+const SETTLING_FRAMES: u32 = 3;
+
+/// What the window is started with.
+#[derive(Debug, Clone)]
+pub struct Options {
+    pub source: Source,
+    pub sampling: SamplingOptions,
+    pub params: Params,
+    /// Save what the window shows when the run has ended, and close.
+    pub screenshot: Option<PathBuf>,
+}
+
+/// Why [`run`] gave up.
+#[derive(Debug, thiserror::Error)]
+pub enum RunError {
+    /// There is no display, no driver, or the window system refuses.
+    #[error("the window can't be opened: {0}")]
+    NoWindow(String),
+    /// The window was there, but the screenshot that was asked for could not
+    /// be made: the shape can't be loaded, or the picture not written.
+    #[error("{0}")]
+    NoPicture(String),
+}
+
+/// Opens the window and returns when it is closed.
+///
+/// # Errors
+/// See [`RunError`].
+pub fn run(options: Options) -> Result<(), RunError> {
+    let (sender, outcome) = channel();
+    let wants_picture = options.screenshot.is_some();
+    let native = eframe::NativeOptions {
+        viewport: egui::ViewportBuilder::default()
+            .with_title("Superform")
+            .with_app_id("superform")
+            .with_inner_size(SIZE)
+            .with_min_inner_size(MIN_SIZE)
+            .with_drag_and_drop(true),
+        ..Default::default()
+    };
+    eframe::run_native(
+        "Superform",
+        native,
+        Box::new(move |cc| {
+            let mut app = App::new(cc, &options)?;
+            app.outcome = Some(sender);
+            Ok(Box::new(app))
+        }),
+    )
+    .map_err(|error| RunError::NoWindow(error.to_string()))?;
+    match outcome.try_recv() {
+        Ok(result) => result.map_err(|error| RunError::NoPicture(format!("{error:#}"))),
+        Err(_) if wants_picture => {
+            Err(RunError::NoPicture("the window was closed before its picture was taken".to_owned()))
+        }
+        Err(_) => Ok(()),
+    }
+}
+
+/// The picture that is to be saved when the run has ended.
+#[derive(Debug)]
+struct PendingPicture {
+    path: PathBuf,
+    settled_frames: u32,
+    is_requested: bool,
+}
+
+/// A picture that the window system has taken.
+#[derive(Debug)]
+struct Picture {
+    image: Arc<ColorImage>,
+    path: PathBuf,
+}
+
+/// The application.
+#[derive(Debug)]
+pub struct App {
+    session: Session,
+    worker: Worker,
+    interface: Interface,
+    title: String,
+    pictures: (SyncSender<Picture>, Receiver<Picture>),
+    gpu_errors: Receiver<String>,
+    pending_picture: Option<PendingPicture>,
+    outcome: Option<Sender<anyhow::Result<()>>>,
+}
+
+impl App {
+    /// Starts the worker, which loads the source and runs it at once.
+    ///
+    /// # Errors
+    /// If the operating system gives no thread.
+    pub fn new(cc: &eframe::CreationContext<'_>, options: &Options) -> std::io::Result<Self> {
+        Self::with_dialogs(cc, options, true)
+    }
+
+    /// As [`App::new`], with paths always typed instead of the system's
+    /// dialogs where `system_dialogs` is false.
+    ///
+    /// # Errors
+    /// As [`App::new`].
+    pub fn with_dialogs(
+        cc: &eframe::CreationContext<'_>,
+        options: &Options,
+        system_dialogs: bool,
+    ) -> std::io::Result<Self> {
+        let (errors, gpu_errors) = sync_channel(8);
+        if let Some(state) = &cc.wgpu_render_state {
+            state.device.on_uncaptured_error(Arc::new(move |error: egui_wgpu::wgpu::Error| {
+                tracing::error!("graphics: {error}");
+                // A full channel means that the person knows already.
+                let _ = errors.try_send(error.to_string());
+            }));
+        }
+        let ctx = cc.egui_ctx.clone();
+        let mut app = Self {
+            session: Session::new(options.params, options.sampling),
+            worker: Worker::spawn(move || ctx.request_repaint())?,
+            interface: Interface::new(&cc.egui_ctx, cc.wgpu_render_state.as_ref(), system_dialogs),
+            title: String::new(),
+            pictures: sync_channel(4),
+            gpu_errors,
+            pending_picture: options.screenshot.clone().map(|path| PendingPicture {
+                path,
+                settled_frames: 0,
+                is_requested: false,
+            }),
+            outcome: None,
+        };
+        if options.screenshot.is_some() {
+            app.session.pace = Pace::Unlimited;
+        }
+        let effects = app.session.begin(options.source.clone());
+        app.carry_out(&cc.egui_ctx, effects);
+        Ok(app)
+    }
+
+    /// What the window knows.
+    pub fn session(&self) -> &Session {
+        &self.session
+    }
+
+    /// Waits for the next event of the worker and takes it in; whether there
+    /// was one within `timeout`.
+    pub fn wait(&mut self, ctx: &egui::Context, timeout: Duration) -> bool {
+        let event = self.worker.next_event(timeout);
+        let came = event.is_some();
+        if let Some(event) = event {
+            self.absorb(ctx, event);
+        }
+        came
+    }
+
+    fn absorb(&mut self, ctx: &egui::Context, event: Event) {
+        let effects = self.session.absorb(event);
+        self.carry_out(ctx, effects);
+    }
+
+    fn apply(&mut self, ctx: &egui::Context, action: Action) {
+        let effects = self.session.apply(action);
+        self.carry_out(ctx, effects);
+    }
+
+    fn carry_out(&mut self, ctx: &egui::Context, effects: Vec<Effect>) {
+        for effect in effects {
+            match effect {
+                Effect::Send(command) => self.send(command),
+                Effect::AskForShape => self.ask(ctx, Purpose::Open),
+                Effect::AskForExport(export) => self.ask(ctx, Purpose::Export(export)),
+                Effect::AskForScreenshot => self.ask(ctx, Purpose::Screenshot),
+                Effect::SaveScreenshot(path) => self.request_picture(ctx, path),
+                Effect::Quit => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
+            }
+        }
+    }
+
+    fn send(&mut self, command: Command) {
+        tracing::debug!(?command, "to the worker");
+        self.worker.send(command);
+    }
+
+    fn ask(&mut self, ctx: &egui::Context, purpose: Purpose) {
+        let name = self.session.loaded.as_ref().map_or("superform", |l| l.shape.name.as_str());
+        let stem = Path::new(name).file_stem().map_or_else(|| "superform".into(), |s| s.to_string_lossy());
+        self.interface.ask(ctx, purpose, &stem);
+    }
+
+    fn request_picture(&self, ctx: &egui::Context, path: PathBuf) {
+        let sender = self.pictures.0.clone();
+        let repaint = ctx.clone();
+        ctx.request_screenshot(move |image| {
+            // Fails only when the window is closing.
+            let _ = sender.try_send(Picture { image, path });
+            repaint.request_repaint();
+        });
+    }
+
+    /// Saves the pictures that have been taken.
+    fn save_pictures(&mut self, ctx: &egui::Context) {
+        while let Ok(Picture { image, path }) = self.pictures.1.try_recv() {
+            let result = write_png(&path, &image);
+            if self.pending_picture.take_if(|pending| pending.path == path).is_some() {
+                self.finish(ctx, result.with_context(|| format!("{} could not be written", path.display())));
+                continue;
+            }
+            let action = match result {
+                Ok(()) => Action::Note(format!("Wrote the screenshot to {}", path.display())),
+                Err(error) => Action::Tell {
+                    what: "The screenshot could not be written".to_owned(),
+                    error: format!("{error:#}"),
+                },
+            };
+            self.apply(ctx, action);
+        }
+    }
+
+    /// Takes the picture that was asked for on the command line, once the run
+    /// has ended and was drawn.
+    fn advance_picture(&mut self, ctx: &egui::Context) {
+        let Some(pending) = &mut self.pending_picture else { return };
+        if let Some(message) = self.session.messages.open_error() {
+            let error = anyhow::anyhow!("{}: {}", message.text, message.detail);
+            self.pending_picture = None;
+            self.finish(ctx, Err(error));
+            return;
+        }
+        let is_done =
+            self.session.activity == Activity::Idle && self.session.phase() == Some(Phase::Finished);
+        if !is_done || pending.is_requested {
+            return;
+        }
+        pending.settled_frames += 1;
+        if pending.settled_frames < SETTLING_FRAMES {
+            ctx.request_repaint();
+            return;
+        }
+        pending.is_requested = true;
+        let path = pending.path.clone();
+        self.request_picture(ctx, path);
+    }
+
+    fn finish(&mut self, ctx: &egui::Context, result: anyhow::Result<()>) {
+        if let Some(outcome) = &self.outcome {
+            // The receiver waits in `run`.
+            let _ = outcome.send(result);
+        }
+        ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+    }
+
+    fn update_title(&mut self, ctx: &egui::Context) {
+        let title = match &self.session.loaded {
+            Some(loaded) => format!("{} – Superform", loaded.shape.name),
+            None => "Superform".to_owned(),
+        };
+        if title != self.title {
+            ctx.send_viewport_cmd(egui::ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+    }
+}
+
+impl eframe::App for App {
+    fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
+        let events: Vec<Event> = self.worker.try_events().collect();
+        for event in events {
+            self.absorb(ctx, event);
+        }
+        while let Ok(error) = self.gpu_errors.try_recv() {
+            let what = "The 3D view could not be drawn".to_owned();
+            self.apply(ctx, Action::Tell { what, error });
+        }
+        self.save_pictures(ctx);
+        self.advance_picture(ctx);
+        self.update_title(ctx);
+    }
+
+    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+        let ctx = ui.ctx().clone();
+        let actions = self.interface.show(ui, &self.session);
+        if !actions.is_empty() {
+            // What was asked for is seen in the next frame.
+            ctx.request_repaint();
+        }
+        for action in actions {
+            self.apply(&ctx, action);
+        }
+    }
+}
+
+/// Writes the picture, whole or not at all.
+fn write_png(path: &Path, picture: &ColorImage) -> anyhow::Result<()> {
+    let [width, height] = picture.size;
+    let bytes: Vec<u8> = picture.pixels.iter().flat_map(|pixel| pixel.to_array()).collect();
+    let image = image::RgbaImage::from_raw(u32::try_from(width)?, u32::try_from(height)?, bytes)
+        .context("the picture is incomplete")?;
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let mut file = tempfile::NamedTempFile::new_in(folder)
+        .with_context(|| format!("the folder {} can't be written to", folder.display()))?;
+    image.write_to(&mut std::io::BufWriter::new(file.as_file_mut()), image::ImageFormat::Png)?;
+    file.persist(path)?;
+    Ok(())
+}

@@ -1,1 +1,59 @@
-fn main() {}
+//! The command line leads to the window or to the job without one.
+
+use std::process::ExitCode;
+
+use clap::Parser;
+use superform::cli::{self, Cli, Request, WindowRequest};
+
+fn main() -> ExitCode {
+    cli::start_log();
+    match Cli::parse().request() {
+        Ok(Request::Headless(job)) => job.run(),
+        Ok(Request::Window(request)) => match cli::why_no_display() {
+            Some(why) => cli::instead_of_window(request, &why),
+            None => open(request),
+        },
+        Err(problem) => cli::refuse(&problem),
+    }
+}
+
+#[cfg(not(feature = "window"))]
+fn open(request: WindowRequest) -> ExitCode {
+    cli::instead_of_window(request, "this program was built without its window")
+}
+
+#[cfg(feature = "window")]
+fn open(request: WindowRequest) -> ExitCode {
+    use std::any::Any;
+    use std::panic;
+
+    use superform::app::RunError;
+
+    /// The message of a panic over a library that the window needs at run
+    /// time and that isn't installed (libxkbcommon-x11, for one): the window
+    /// toolkit knows no other way to say so.
+    fn missing_library(payload: &(dyn Any + Send)) -> Option<&str> {
+        let text = payload.downcast_ref::<&str>().copied();
+        text.or_else(|| payload.downcast_ref::<String>().map(String::as_str))
+            .filter(|text| text.contains("could not be loaded"))
+    }
+
+    let WindowRequest { source, sampling, params, screenshot } = request.clone();
+    let options = superform::app::Options { source, sampling, params, screenshot };
+    let usual = panic::take_hook();
+    panic::set_hook(Box::new(move |info| {
+        if missing_library(info.payload()).is_none() {
+            usual(info);
+        }
+    }));
+    let why = match panic::catch_unwind(|| superform::app::run(options)) {
+        Ok(Ok(())) => return ExitCode::SUCCESS,
+        Ok(Err(RunError::NoPicture(problem))) => return cli::fail(&problem),
+        Ok(Err(RunError::NoWindow(why))) => why,
+        Err(payload) => match missing_library(payload.as_ref()) {
+            Some(text) => text.trim_end_matches('.').to_owned(),
+            None => panic::resume_unwind(payload),
+        },
+    };
+    cli::instead_of_window(request, &format!("the window can't be opened ({why})"))
+}

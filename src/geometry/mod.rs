@@ -2,12 +2,17 @@
 //! nothing else of this crate.
 
 pub mod cloud;
+mod elimination;
 pub mod kernel;
 pub mod mesh;
+mod morton;
 pub mod neighbors;
+pub mod palette;
+pub mod sampling;
 pub mod superquadric;
 pub mod tessellate;
 
 pub use cloud::{NO_SAMPLE, SampleCloud};
 pub use mesh::TriMesh;
+pub use sampling::{SamplingError, SamplingOptions, sample_cloud, sample_mesh};
 pub use superquadric::Superquadric;

@@ -1,11 +1,30 @@
 //! Reading shapes and writing results. Kind is told from content; errors say
 //! what, where and what to do; files are written whole or not at all.
 
-use std::path::PathBuf;
+mod detect;
+mod error;
+mod obj;
+mod ply;
+mod raw;
+mod text;
+mod write;
+mod xyz;
+
+use std::io::Read;
+use std::path::{Path, PathBuf};
 
 use nalgebra::Point3;
 
-use crate::geometry::TriMesh;
+use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, sample_cloud, sample_mesh};
+
+pub use error::{Place, ReadError, WriteError};
+pub use write::{
+    Outcome, PRIMITIVES_FILE, PhaseTimes, REPORT_FILE, RunRecord, SEGMENTED_FILE, write_primitives_json,
+    write_report_json, write_run, write_segmented_ply,
+};
+
+/// Largest file that is read, in bytes.
+const LARGEST: u64 = 8 << 30;
 
 /// A shape as it was read, in the file's units and order.
 #[derive(Debug, Clone)]
@@ -31,4 +50,69 @@ pub struct PointCloud {
     pub points: Vec<Point3<f64>>,
     /// Input colours, one a point, where the file has them.
     pub colors: Option<Vec<[u8; 3]>>,
+}
+
+/// Reads a shape from an OBJ, PLY or XYZ text file. The format is told from
+/// the content first and the name's ending second; a file with faces is a
+/// mesh, one without a cloud. Faces that are out of range, not finite or
+/// without area are left out and noted in [`Shape::notes`].
+///
+/// # Errors
+/// One [`ReadError`] that says what is wrong, where, and what to do. Memory
+/// stays within a small multiple of the file's size, whatever the file claims.
+pub fn read(path: &Path) -> Result<Shape, ReadError> {
+    let bytes = content(path)?;
+    let format = detect::format(&bytes, path)?;
+    let parsed = match format {
+        detect::Format::Obj => obj::parse(&text::decode(&bytes)),
+        detect::Format::Ply => ply::parse(&bytes),
+        detect::Format::Xyz => xyz::parse(&text::decode(&bytes)),
+    };
+    let (geometry, notes) =
+        parsed.and_then(raw::Raw::checked).map_err(|fault| fault.in_file(path.to_owned()))?;
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    Ok(Shape { name, path: Some(path.to_owned()), geometry, notes })
+}
+
+/// The bytes of a regular file that is neither empty nor too large.
+fn content(path: &Path) -> Result<Vec<u8>, ReadError> {
+    let open = |reason| ReadError::Open { path: path.to_owned(), reason };
+    let about = std::fs::metadata(path).map_err(open)?;
+    if !about.is_file() {
+        return Err(ReadError::NotAFile { path: path.to_owned() });
+    }
+    if about.len() > LARGEST {
+        return Err(ReadError::TooLarge { path: path.to_owned(), bytes: about.len(), limit: LARGEST });
+    }
+    let mut bytes = Vec::with_capacity(about.len() as usize);
+    std::fs::File::open(path).and_then(|file| file.take(LARGEST).read_to_end(&mut bytes)).map_err(open)?;
+    if bytes.is_empty() {
+        return Err(ReadError::Empty { path: path.to_owned() });
+    }
+    Ok(bytes)
+}
+
+/// The shape that is built into the program: a chair (CC0, see
+/// `assets/README.md`).
+///
+/// # Errors
+/// None in practice: the asset is part of the program and tested.
+pub fn built_in() -> Result<Shape, ReadError> {
+    const CHAIR: &str = include_str!("../../assets/chair.obj");
+    let (geometry, notes) = obj::parse(CHAIR)
+        .and_then(raw::Raw::checked)
+        .map_err(|fault| fault.in_file(PathBuf::from("the built-in chair")))?;
+    Ok(Shape { name: "built-in chair".to_owned(), path: None, geometry, notes })
+}
+
+/// Samples a shape evenly to N points; see [`sample_mesh`] and
+/// [`sample_cloud`].
+///
+/// # Errors
+/// Where the shape has no area (mesh) or no finite point (cloud).
+pub fn sample(shape: &Shape, options: &SamplingOptions) -> Result<SampleCloud, SamplingError> {
+    match &shape.geometry {
+        ShapeGeometry::Mesh(mesh) => sample_mesh(mesh, options),
+        ShapeGeometry::Cloud(cloud) => sample_cloud(&cloud.points, options),
+    }
 }

@@ -1,1 +1,414 @@
-//! To be written.
+//! What the window knows, as plain data: [`Session::apply`] takes what a
+//! person asks for, [`Session::absorb`] what the worker tells. Both answer
+//! with [`Effect`]s, which the owner carries out.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::inference::{Occurrence, Params, Phase, Primitive};
+use crate::worker::{Activity, Command, Event, LoadedShape, Pace, SamplingOptions, Snapshot, Source};
+
+pub mod action;
+pub mod camera;
+pub mod history;
+pub mod messages;
+pub mod scene;
+pub mod view;
+
+#[cfg(test)]
+mod tests;
+
+pub use action::{Action, Export, Verb};
+use camera::{AxisView, Bounds, Camera};
+use history::History;
+use messages::{Level, Messages};
+use scene::{SceneFromInput, UpAxis};
+use view::{ThemeChoice, View};
+
+/// A pace at which each iteration is seen, and the default run still takes
+/// about a second.
+pub const DEFAULT_PACE: Pace = Pace::PerSecond(30);
+
+/// What the owner of a session has to do.
+#[derive(Debug, Clone)]
+pub enum Effect {
+    Send(Command),
+    AskForShape,
+    AskForExport(Export),
+    AskForScreenshot,
+    SaveScreenshot(PathBuf),
+    Quit,
+}
+
+/// All that the window shows, apart from what egui remembers of its widgets.
+#[derive(Debug)]
+pub struct Session {
+    pub loaded: Option<Arc<LoadedShape>>,
+    /// The newest state.
+    pub snapshot: Option<Arc<Snapshot>>,
+    pub history: History,
+    /// As the sliders stand.
+    pub params: Params,
+    pub sampling: SamplingOptions,
+    pub pace: Pace,
+    pub activity: Activity,
+    pub view: View,
+    pub camera: Camera,
+    pub scene: SceneFromInput,
+    /// Ids of the selected primitives.
+    pub selection: BTreeSet<u32>,
+    /// Ids of the primitives that are not shown.
+    pub hidden: BTreeSet<u32>,
+    pub messages: Messages,
+    /// What the last merge came to.
+    pub merge_text: Option<String>,
+    /// No pair of the present state may be merged.
+    merges_are_exhausted: bool,
+    /// Run as soon as the shape that is on its way has arrived.
+    run_when_loaded: bool,
+}
+
+impl Session {
+    pub fn new(params: Params, sampling: SamplingOptions) -> Self {
+        Self {
+            loaded: None,
+            snapshot: None,
+            history: History::default(),
+            params,
+            sampling,
+            pace: DEFAULT_PACE,
+            activity: Activity::Idle,
+            view: View::default(),
+            camera: Camera::default(),
+            scene: SceneFromInput::fit(&[], UpAxis::Y),
+            selection: BTreeSet::new(),
+            hidden: BTreeSet::new(),
+            messages: Messages::default(),
+            merge_text: None,
+            merges_are_exhausted: false,
+            run_when_loaded: false,
+        }
+    }
+
+    /// The effects that bring a new worker to this session's settings and
+    /// open the first shape, which is run at once.
+    pub fn begin(&mut self, source: Source) -> Vec<Effect> {
+        let mut effects =
+            vec![Effect::Send(Command::SetParams(self.params)), Effect::Send(Command::SetPace(self.pace))];
+        effects.extend(self.open(source));
+        effects
+    }
+
+    /// The present primitives; none where nothing has been run.
+    pub fn primitives(&self) -> &[Primitive] {
+        self.snapshot.as_ref().map_or(&[], |s| &s.abstraction.primitives)
+    }
+
+    /// The one selected primitive; `None` if none or several are selected.
+    pub fn selected_primitive(&self) -> Option<&Primitive> {
+        let [id] = self.selection.iter().copied().collect::<Vec<_>>()[..] else { return None };
+        self.primitives().iter().find(|p| p.id == id)
+    }
+
+    pub fn phase(&self) -> Option<Phase> {
+        self.snapshot.as_ref().map(|s| s.abstraction.phase)
+    }
+
+    /// Whether the worker is busy with the run (not with files).
+    pub fn is_running(&self) -> bool {
+        matches!(self.activity, Activity::Running | Activity::Merging)
+    }
+
+    /// The parameters of the present run's start, where the sliders for K or
+    /// the seed have moved away from them.
+    pub fn stale_start(&self) -> Option<Params> {
+        let start = self.snapshot.as_ref()?.start;
+        ((start.clusters, start.seed) != (self.params.clusters, self.params.seed)).then_some(start)
+    }
+
+    /// Whether the verb would do something now.
+    pub fn is_enabled(&self, verb: Verb) -> bool {
+        let loaded = self.loaded.is_some();
+        let idle = self.activity == Activity::Idle;
+        match verb {
+            Verb::ExportCloud | Verb::ExportPrimitives => self.snapshot.is_some() && idle,
+            Verb::Run => loaded && idle,
+            Verb::Pause => self.is_running() || self.activity == Activity::Loading,
+            Verb::StepIteration => loaded && idle && self.phase() != Some(Phase::Finished),
+            Verb::StepMerge | Verb::MergeAll => {
+                loaded && idle && self.primitives().len() > 1 && !self.merges_are_exhausted
+            }
+            Verb::Reset => {
+                loaded
+                    && self.activity != Activity::Loading
+                    && (self.history.entries().len() > 1 || self.stale_start().is_some())
+            }
+            Verb::Resample => {
+                self.activity != Activity::Loading
+                    && self.loaded.as_ref().is_some_and(|l| l.sampling != self.sampling)
+            }
+            Verb::DefaultPreset => self.params != self.preset(Params::default()),
+            Verb::PaperPreset => self.params != self.preset(Params::paper()),
+            Verb::FrameSelection | Verb::HideSelected | Verb::Deselect => !self.selection.is_empty(),
+            Verb::FrameAll => loaded,
+            Verb::ShowAll => !self.hidden.is_empty(),
+            _ => true,
+        }
+    }
+
+    /// Whether a verb that switches something is on; `None` for the others.
+    pub fn is_on(&self, verb: Verb) -> Option<bool> {
+        match verb {
+            Verb::ToggleOrthographic => Some(self.camera.orthographic),
+            Verb::ToggleLog => Some(self.view.shows_log),
+            Verb::ThemeSystem => Some(self.view.theme == ThemeChoice::System),
+            Verb::ThemeLight => Some(self.view.theme == ThemeChoice::Light),
+            Verb::ThemeDark => Some(self.view.theme == ThemeChoice::Dark),
+            _ => None,
+        }
+    }
+
+    /// Presets leave the seed alone.
+    fn preset(&self, preset: Params) -> Params {
+        Params { seed: self.params.seed, ..preset }
+    }
+
+    /// Does what a person asked for.
+    pub fn apply(&mut self, action: Action) -> Vec<Effect> {
+        match action {
+            Action::Verb(verb) if self.is_enabled(verb) => return self.apply_verb(verb),
+            Action::Verb(_) => {}
+            Action::OpenFile(path) => return self.open(Source::File(path)),
+            Action::Export(Export::Cloud, path) => return vec![Effect::Send(Command::ExportCloud(path))],
+            Action::Export(Export::Primitives, path) => {
+                return vec![Effect::Send(Command::ExportPrimitives(path))];
+            }
+            Action::SaveScreenshot(path) => return vec![Effect::SaveScreenshot(path)],
+            Action::SetParams(params) => return self.set_params(params),
+            Action::SetSampling(sampling) => self.sampling = sampling,
+            Action::SetPace(pace) => {
+                self.pace = pace;
+                return vec![Effect::Send(Command::SetPace(pace))];
+            }
+            Action::Select(id) => self.selection = id.into_iter().collect(),
+            Action::ToggleSelected(id) => {
+                if !self.selection.remove(&id) {
+                    self.selection.insert(id);
+                }
+            }
+            Action::SetPrimitiveVisible(id, true) => {
+                self.hidden.remove(&id);
+            }
+            Action::SetPrimitiveVisible(id, false) => {
+                self.hidden.insert(id);
+            }
+            Action::SetLayer(layer, shown) => self.view.set_layer(layer, shown),
+            Action::SetSurfaceStyle(style) => self.view.surface_style = style,
+            Action::SetPointSize(size) => {
+                self.view.point_size = size.clamp(View::POINT_SIZE.0, View::POINT_SIZE.1);
+            }
+            Action::SetUpAxis(up) => {
+                self.view.up = up;
+                self.refit_scene();
+                self.camera.frame(&self.scene.bounds);
+            }
+            Action::Orbit { right, up } => self.camera.orbit(right, up),
+            Action::Pan(offset) => self.camera.pan(offset),
+            Action::Zoom { cursor, factor } => self.camera.zoom_to(cursor, factor),
+            Action::SetPivot(point) => self.camera.set_pivot(point),
+            Action::SetAspect(aspect) => self.set_aspect(aspect),
+            Action::DismissErrors => self.messages.dismiss_errors(),
+            Action::Tell { what, error } => self.messages.push(Level::Error, what, error),
+            Action::Note(text) => self.messages.push(Level::Note, text, ""),
+        }
+        Vec::new()
+    }
+
+    fn apply_verb(&mut self, verb: Verb) -> Vec<Effect> {
+        match verb {
+            Verb::Open => return vec![Effect::AskForShape],
+            Verb::OpenBuiltIn => return self.open(Source::BuiltIn),
+            Verb::ExportCloud => return vec![Effect::AskForExport(Export::Cloud)],
+            Verb::ExportPrimitives => return vec![Effect::AskForExport(Export::Primitives)],
+            Verb::SaveScreenshot => return vec![Effect::AskForScreenshot],
+            Verb::Quit => return vec![Effect::Quit],
+            Verb::Run => return self.command(Command::Run, Activity::Running),
+            Verb::Pause => {
+                self.run_when_loaded = false;
+                return vec![Effect::Send(Command::Pause)];
+            }
+            Verb::StepIteration => return self.command(Command::StepIteration, Activity::Running),
+            Verb::StepMerge => return self.command(Command::StepMerge, Activity::Merging),
+            Verb::MergeAll => return self.command(Command::MergeAll, Activity::Merging),
+            Verb::Reset => return self.command(Command::Reset, Activity::Loading),
+            Verb::Resample => return self.command(Command::Resample(self.sampling), Activity::Loading),
+            Verb::DefaultPreset => return self.set_params(self.preset(Params::default())),
+            Verb::PaperPreset => return self.set_params(self.preset(Params::paper())),
+            Verb::FrameSelection => {
+                let selected = self.primitives().iter().filter(|p| self.selection.contains(&p.id));
+                let boxes = selected.filter_map(|p| self.scene.bounds_of(&p.shape));
+                let corners = boxes.flat_map(|b| [b.min, b.max]);
+                if let Some(bounds) = Bounds::around(corners.collect::<Vec<_>>()) {
+                    self.camera.frame(&bounds);
+                }
+            }
+            Verb::FrameAll => self.camera.frame(&self.scene.bounds),
+            Verb::ViewFront => self.camera.look(AxisView::Front),
+            Verb::ViewBack => self.camera.look(AxisView::Back),
+            Verb::ViewRight => self.camera.look(AxisView::Right),
+            Verb::ViewLeft => self.camera.look(AxisView::Left),
+            Verb::ViewTop => self.camera.look(AxisView::Top),
+            Verb::ViewBottom => self.camera.look(AxisView::Bottom),
+            Verb::ToggleOrthographic => self.camera.orthographic ^= true,
+            Verb::Deselect => self.selection.clear(),
+            Verb::HideSelected => self.hidden.extend(&self.selection),
+            Verb::ShowAll => self.hidden.clear(),
+            Verb::ToggleLog => self.view.shows_log ^= true,
+            Verb::ThemeSystem => self.view.theme = ThemeChoice::System,
+            Verb::ThemeLight => self.view.theme = ThemeChoice::Light,
+            Verb::ThemeDark => self.view.theme = ThemeChoice::Dark,
+            Verb::ShowShortcuts => self.view.shows_shortcuts ^= true,
+            Verb::ShowAbout => self.view.shows_about ^= true,
+        }
+        Vec::new()
+    }
+
+    /// The activity is assumed at once, so that no button can be pressed
+    /// twice; the worker answers every command with its own word on it.
+    fn command(&mut self, command: Command, activity: Activity) -> Vec<Effect> {
+        self.activity = activity;
+        vec![Effect::Send(command)]
+    }
+
+    fn set_params(&mut self, params: Params) -> Vec<Effect> {
+        self.params = params;
+        // Another merge rule may accept what the last one refused.
+        self.merges_are_exhausted = false;
+        vec![Effect::Send(Command::SetParams(params))]
+    }
+
+    fn open(&mut self, source: Source) -> Vec<Effect> {
+        self.run_when_loaded = true;
+        self.command(Command::Load { source, sampling: self.sampling }, Activity::Loading)
+    }
+
+    fn set_aspect(&mut self, aspect: f64) {
+        if aspect.is_finite() && aspect > 0.0 {
+            // Before the first picture, the framing could only guess the window's form.
+            let is_first = self.camera.aspect == Camera::default().aspect;
+            self.camera.aspect = aspect;
+            if is_first && self.loaded.is_some() {
+                self.camera.frame(&self.scene.bounds);
+            }
+        }
+    }
+
+    fn refit_scene(&mut self) {
+        let points = self.loaded.as_ref().map_or(&[][..], |l| &l.cloud.points);
+        self.scene = SceneFromInput::fit(points, self.view.up);
+    }
+
+    /// Takes in what the worker tells.
+    pub fn absorb(&mut self, event: Event) -> Vec<Effect> {
+        match event {
+            Event::Loaded(shape) => return self.absorb_shape(shape),
+            Event::Snapshot(snapshot) => self.absorb_snapshot(snapshot),
+            Event::Activity(activity) => {
+                self.activity = activity;
+                if activity == Activity::Idle {
+                    // Whatever was on its way has arrived, failed or was cancelled.
+                    self.run_when_loaded = false;
+                }
+            }
+            Event::MergeStep(Some(report)) => {
+                let (a, b) = report.merged;
+                let gone = if a == report.into { b } else { a };
+                let text = format!("Merged {gone} into {}: {}", report.into, report.reason);
+                self.messages.push(Level::Detail, text.clone(), "");
+                self.merge_text = Some(text);
+            }
+            Event::MergeStep(None) => {
+                self.merges_are_exhausted = true;
+                self.merge_text = Some("No pair is left that may be merged.".to_owned());
+            }
+            Event::Written { path, what } => {
+                self.messages.push(Level::Note, format!("Wrote the {what} to {}", path.display()), "");
+            }
+            Event::Failed { what, error } => self.messages.push(Level::Error, what, error),
+        }
+        Vec::new()
+    }
+
+    fn absorb_shape(&mut self, shape: Arc<LoadedShape>) -> Vec<Effect> {
+        let is_same = self.loaded.as_ref().is_some_and(|old| Arc::ptr_eq(&old.shape, &shape.shape));
+        let name = &shape.shape.name;
+        for note in &shape.shape.notes {
+            if !is_same {
+                self.messages.push(Level::Note, format!("{name}: {note}"), "");
+            }
+        }
+        let points = shape.cloud.points.len();
+        self.messages.push(Level::Detail, format!("Loaded {name} with {points} samples"), "");
+        self.loaded = Some(shape);
+        self.snapshot = None;
+        self.merge_text = None;
+        self.selection.clear();
+        self.hidden.clear();
+        self.refit_scene();
+        if !is_same {
+            self.camera.frame(&self.scene.bounds);
+        }
+        if std::mem::take(&mut self.run_when_loaded) {
+            return self.command(Command::Run, Activity::Running);
+        }
+        Vec::new()
+    }
+
+    fn absorb_snapshot(&mut self, snapshot: Arc<Snapshot>) {
+        self.merges_are_exhausted = false;
+        if self.snapshot.as_ref().is_none_or(|old| old.run != snapshot.run) {
+            self.merge_text = None;
+        }
+        self.history.push(&snapshot);
+        for occurrence in &snapshot.occurrences {
+            if let Occurrence::Merged(report) = occurrence {
+                // The selection goes on with what it has become.
+                for id in [report.merged.0, report.merged.1] {
+                    if id != report.into && self.selection.remove(&id) {
+                        self.selection.insert(report.into);
+                    }
+                }
+            }
+        }
+        if !snapshot.occurrences.is_empty() {
+            let text = occurrences_text(&snapshot);
+            self.messages.push(Level::Detail, text, "");
+        }
+        self.snapshot = Some(snapshot);
+        let present: BTreeSet<u32> = self.primitives().iter().map(|p| p.id).collect();
+        self.selection.retain(|id| present.contains(id));
+        self.hidden.retain(|id| present.contains(id));
+    }
+}
+
+/// One line of what happened in a step.
+fn occurrences_text(snapshot: &Snapshot) -> String {
+    let parts: Vec<String> = snapshot
+        .occurrences
+        .iter()
+        .map(|occurrence| match occurrence {
+            Occurrence::Born { id, points } => format!("{id} was born with {points} points"),
+            Occurrence::Died { id } => format!("{id} died"),
+            Occurrence::Split { id, coverage } => {
+                format!("{id} was split (coverage {:.0} %)", 100.0 * coverage)
+            }
+            Occurrence::Separated { id } => format!("{id} was cut to its largest part"),
+            Occurrence::Froze { id } => format!("{id} froze"),
+            Occurrence::Merged(report) => {
+                format!("{} and {} became {}", report.merged.0, report.merged.1, report.into)
+            }
+        })
+        .collect();
+    format!("Iteration {}: {}", snapshot.abstraction.iteration, parts.join(", "))
+}

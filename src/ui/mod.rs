@@ -1,1 +1,91 @@
-//! To be written.
+//! The window's contents: panels around the viewport. [`Interface::show`]
+//! draws a session and answers with what the person asked for; it changes
+//! nothing itself.
+
+use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
+
+use crate::session::Session;
+use crate::session::action::Action;
+
+mod controls;
+mod dialogs;
+mod keys;
+mod menu;
+mod overlays;
+mod primitives;
+mod progress;
+mod scene;
+mod theme;
+mod viewport;
+mod widgets;
+
+use dialogs::Dialogs;
+pub use dialogs::Purpose;
+use overlays::Overlays;
+use viewport::Viewport;
+
+/// Widths of the side panels in logical pixels.
+const LEFT: f32 = 290.0;
+const RIGHT: f32 = 272.0;
+
+/// What the window remembers besides the session.
+#[derive(Debug)]
+pub struct Interface {
+    viewport: Viewport,
+    dialogs: Dialogs,
+    overlays: Overlays,
+}
+
+impl Interface {
+    /// Sets the themes up and, where there is a render state, the 3D view.
+    /// Without `system_dialogs` paths are always typed.
+    pub fn new(ctx: &Context, state: Option<&egui_wgpu::RenderState>, system_dialogs: bool) -> Self {
+        theme::install(ctx);
+        Self {
+            viewport: Viewport::new(state),
+            dialogs: Dialogs::new(system_dialogs),
+            overlays: Overlays::default(),
+        }
+    }
+
+    /// Asks the person for a path; the answer comes as an action of a later
+    /// [`Interface::show`].
+    pub fn ask(&mut self, ctx: &Context, purpose: Purpose, name: &str) {
+        self.dialogs.ask(ctx, purpose, name);
+    }
+
+    /// Draws one frame.
+    pub fn show(&mut self, ui: &mut Ui, session: &Session) -> Vec<Action> {
+        let ctx = ui.ctx().clone();
+        let mut actions = Vec::new();
+        theme::choose(&ctx, session.view.theme);
+        keys::pressed(&ctx, session, &mut actions);
+        for file in ctx.input(|i| i.raw.dropped_files.clone()).iter().take(1) {
+            actions.push(Action::OpenFile(file.path().to_owned()));
+        }
+
+        let fill = ui.visuals().panel_fill;
+        let bar = Frame::new().fill(fill).inner_margin(Margin::symmetric(8, 3));
+        let side = Frame::new().fill(fill).inner_margin(Margin::symmetric(12, 8));
+        let below = Frame::new().fill(fill).inner_margin(Margin::symmetric(12, 6));
+        Panel::top("menu bar").frame(bar).show(ui, |ui| menu::show(ui, session, &mut actions));
+        Panel::bottom("status line").frame(bar).show(ui, |ui| progress::status(ui, session));
+        Panel::left("controls").frame(side).exact_size(LEFT).resizable(false).show(ui, |ui| {
+            ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
+                controls::show(ui, session, &mut actions);
+            });
+        });
+        Panel::right("primitives").frame(side).exact_size(RIGHT).resizable(false).show(ui, |ui| {
+            primitives::show(ui, session, &mut actions);
+        });
+        Panel::bottom("progress").frame(below).show(ui, |ui| progress::show(ui, session));
+        let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
+            let rect = ui.max_rect();
+            self.viewport.show(ui, session, &mut actions);
+            rect
+        });
+        self.overlays.show(&ctx, session, area.inner, &mut actions);
+        self.dialogs.show(&ctx, &mut actions);
+        actions
+    }
+}

@@ -1,5 +1,135 @@
 //! The background thread that owns the sampler, and the types that cross.
+//!
+//! Commands go in and events come out over bounded channels. No lock is shared
+//! with the owner: what has to be stopped is stopped through an atomic flag
+//! that travels with each command. The worker knows nothing of a window; it is
+//! handed a `wake` callback and calls it after every event.
 
+use std::collections::VecDeque;
+use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
+use std::thread::JoinHandle;
+use std::time::Duration;
+
+use crate::inference::{Cancel, Sampler};
+
+mod engine;
+mod machine;
 pub mod protocol;
+mod source;
+#[cfg(test)]
+mod tests;
 
-pub use protocol::{Activity, Command, Event, LoadedShape, SamplingOptions, Snapshot, Source};
+use engine::{Engine, Order};
+use machine::Machine;
+pub use protocol::{Activity, Command, Event, LoadedShape, Pace, SamplingOptions, Snapshot, Source};
+
+/// Commands that may wait for a busy worker before they wait at the sender.
+const COMMAND_CAPACITY: usize = 64;
+/// Events that may wait for a busy owner before the worker waits for it.
+const EVENT_CAPACITY: usize = 32;
+
+/// The owner's end: send commands, take events. Dropping it cancels what is
+/// going on, stops the thread and waits for it.
+#[derive(Debug)]
+pub struct Worker {
+    /// `None` only while dropping.
+    orders: Option<SyncSender<Order>>,
+    /// `None` only while dropping.
+    events: Option<Receiver<Event>>,
+    /// Commands that found the channel full, oldest first.
+    backlog: VecDeque<Order>,
+    /// The flag that travels with the commands sent since the last
+    /// interrupting one.
+    cancel: Cancel,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Worker {
+    /// Starts the thread. `wake` is called on it after each event, and must
+    /// not block.
+    ///
+    /// # Errors
+    /// If the operating system gives no thread.
+    pub fn spawn(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+        Self::spawn_machine::<Sampler>(wake)
+    }
+
+    fn spawn_machine<M: Machine>(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+        let (orders, incoming) = mpsc::sync_channel(COMMAND_CAPACITY);
+        let (outgoing, events) = mpsc::sync_channel(EVENT_CAPACITY);
+        let thread = std::thread::Builder::new()
+            .name("sampler".to_owned())
+            .spawn(move || Engine::<M>::new(incoming, outgoing, Box::new(wake)).run())?;
+        Ok(Self {
+            orders: Some(orders),
+            events: Some(events),
+            backlog: VecDeque::new(),
+            cancel: Cancel::default(),
+            thread: Some(thread),
+        })
+    }
+
+    /// Hands a command over, in order; never blocks. `Load`, `Resample`,
+    /// `Reset` and `Pause` interrupt what is going on, and what was sent but
+    /// not begun, on their way in.
+    pub fn send(&mut self, command: Command) {
+        if command.interrupts() {
+            self.cancel.request();
+            self.cancel = Cancel::default();
+        }
+        // A slider that is dragged while the worker is busy leaves one command, not hundreds.
+        if let (Command::SetParams(_), Some(Order { command: Command::SetParams(_), .. })) =
+            (&command, self.backlog.back())
+        {
+            self.backlog.pop_back();
+        }
+        self.backlog.push_back(Order { command, cancel: self.cancel.clone() });
+        self.flush();
+    }
+
+    /// The events that have arrived, oldest first; never blocks. Whoever owns
+    /// a worker calls this whenever `wake` was called.
+    pub fn try_events(&mut self) -> impl Iterator<Item = Event> + '_ {
+        self.flush();
+        self.events.iter().flat_map(Receiver::try_iter)
+    }
+
+    /// Waits for the next event, at most `timeout`; `None` if there was none.
+    pub fn next_event(&mut self, timeout: Duration) -> Option<Event> {
+        self.flush();
+        self.events.as_ref()?.recv_timeout(timeout).ok()
+    }
+
+    fn flush(&mut self) {
+        let Some(orders) = &self.orders else { return };
+        while let Some(order) = self.backlog.pop_front() {
+            match orders.try_send(order) {
+                Ok(()) => {}
+                Err(TrySendError::Full(order)) => {
+                    self.backlog.push_front(order);
+                    return;
+                }
+                // The thread ends only with its owner; catch_unwind guards everything before.
+                Err(TrySendError::Disconnected(_)) => {
+                    tracing::error!("the worker's thread has ended; the command was dropped");
+                    self.backlog.clear();
+                    return;
+                }
+            }
+        }
+    }
+}
+
+impl Drop for Worker {
+    fn drop(&mut self) {
+        self.cancel.request();
+        // Without channels a waiting worker wakes up and a sending one fails: it ends either way.
+        self.orders = None;
+        self.events = None;
+        if let Some(thread) = self.thread.take()
+            && thread.join().is_err()
+        {
+            tracing::error!("the worker's thread ended in a panic");
+        }
+    }
+}

@@ -5,22 +5,9 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use crate::geometry::SampleCloud;
+pub use crate::geometry::SamplingOptions;
 use crate::inference::{Abstraction, MergeReport, Occurrence, Params};
 use crate::io::Shape;
-
-/// How a shape is turned into samples.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SamplingOptions {
-    /// Number of samples N.
-    pub points: usize,
-    pub seed: u64,
-}
-
-impl Default for SamplingOptions {
-    fn default() -> Self {
-        Self { points: 3500, seed: 1 }
-    }
-}
 
 /// Where a shape comes from.
 #[derive(Debug, Clone, PartialEq)]
@@ -58,6 +45,36 @@ pub enum Command {
     ExportCloud(PathBuf),
     /// Write the primitives of the present state.
     ExportPrimitives(PathBuf),
+    /// How fast `Run` and `MergeAll` go from step to step.
+    SetPace(Pace),
+}
+
+impl Command {
+    /// Whether the command stops what is going on, and what was sent before it
+    /// and has not begun.
+    pub fn interrupts(&self) -> bool {
+        matches!(self, Self::Load { .. } | Self::Resample(_) | Self::Reset | Self::Pause)
+    }
+}
+
+/// How fast a run goes from step to step.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Pace {
+    /// No waiting.
+    #[default]
+    Unlimited,
+    /// At most this many steps a second, so that a person can follow; at least 1.
+    PerSecond(u32),
+}
+
+impl Pace {
+    /// The least time from one step to the next.
+    pub fn interval(self) -> Duration {
+        match self {
+            Self::Unlimited => Duration::ZERO,
+            Self::PerSecond(steps) => Duration::from_secs(1) / steps.max(1),
+        }
+    }
 }
 
 /// A shape that has been read and sampled.
@@ -65,7 +82,8 @@ pub enum Command {
 pub struct LoadedShape {
     /// Counts loads, so that late snapshots of another shape can be told apart.
     pub generation: u64,
-    pub shape: Shape,
+    /// Shared, so that sampling anew doesn't copy the shape.
+    pub shape: Arc<Shape>,
     pub cloud: Arc<SampleCloud>,
     pub sampling: SamplingOptions,
 }
@@ -80,9 +98,12 @@ pub struct Snapshot {
     pub abstraction: Abstraction,
     /// The parameters in force in the step that led here.
     pub params: Params,
+    /// The parameters that the run was started with: its K and seed.
+    pub start: Params,
     /// What happened in that step.
     pub occurrences: Vec<Occurrence>,
-    /// Time from the start of the run, pauses not counted.
+    /// Time spent in the run's steps; pauses and waiting for the pace are not
+    /// counted.
     pub elapsed: Duration,
 }
 
@@ -103,8 +124,8 @@ pub enum Event {
     Loaded(Arc<LoadedShape>),
     Snapshot(Arc<Snapshot>),
     Activity(Activity),
-    /// The answer to `StepMerge` (and the last of `MergeAll`): the accepted
-    /// pair, or `None` if no pair is left.
+    /// A step of `StepMerge` or `MergeAll`, told after its snapshot: the
+    /// accepted pair, or `None` if no pair is left (`MergeAll` ends with it).
     MergeStep(Option<MergeReport>),
     /// A file was written, whole.
     Written {

@@ -1,0 +1,60 @@
+// Primitives: lit, opaque or translucent.
+
+struct Varyings {
+    @builtin(position) position: vec4<f32>,
+    @location(0) view: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+    @location(2) color: vec4<f32>,
+    // x: brightened
+    @location(3) look: vec4<f32>,
+}
+
+@vertex
+fn vs_main(
+    @location(0) position: vec3<f32>,
+    @location(1) normal: vec3<f32>,
+    @location(2) color: vec4<f32>,
+    @location(3) look: vec4<f32>,
+) -> Varyings {
+    var out: Varyings;
+    let view = frame.view_from_world * vec4<f32>(position, 1.0);
+    out.position = frame.clip_from_view * view;
+    out.view = view.xyz;
+    out.normal = (frame.view_from_world * vec4<f32>(normal, 0.0)).xyz;
+    out.color = color;
+    out.look = look;
+    return out;
+}
+
+fn lit(in: Varyings, n: vec3<f32>, v: vec3<f32>, gloss: f32) -> vec3<f32> {
+    let albedo = linear_from_srgb(in.color.rgb);
+    let brighter = mix(albedo, vec3<f32>(1.0), 0.18 * in.look.x);
+    return srgb_from_linear(studio(brighter, n, v, gloss));
+}
+
+@fragment
+fn fs_solid(in: Varyings) -> @location(0) vec4<f32> {
+    return vec4<f32>(lit(in, normalize(in.normal), view_direction(in.view), 1.0), 1.0);
+}
+
+// Denser where the surface turns away, like coloured glass.
+fn density(n: vec3<f32>, v: vec3<f32>, alpha: f32) -> f32 {
+    let edge = pow(1.0 - clamp(dot(n, v), 0.0, 1.0), 3.0);
+    return alpha + (1.0 - alpha) * 0.55 * edge;
+}
+
+@fragment
+fn fs_translucent_front(in: Varyings) -> @location(0) vec4<f32> {
+    let n = normalize(in.normal);
+    let v = view_direction(in.view);
+    let alpha = density(n, v, frame.params.z * in.color.a);
+    return vec4<f32>(lit(in, n, v, 1.0) * alpha, alpha);
+}
+
+@fragment
+fn fs_translucent_back(in: Varyings) -> @location(0) vec4<f32> {
+    let n = -normalize(in.normal);
+    let v = view_direction(in.view);
+    let alpha = 0.6 * density(n, v, frame.params.z * in.color.a);
+    return vec4<f32>(lit(in, n, v, 0.0) * 0.8 * alpha, alpha);
+}

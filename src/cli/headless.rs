@@ -1,0 +1,185 @@
+//! The job without a window: read, sample, infer, write.
+
+use std::io::Write;
+use std::path::PathBuf;
+use std::process::ExitCode;
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use anyhow::{Context, bail};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::{fail, say};
+use crate::geometry::SamplingOptions;
+use crate::inference::{Abstraction, Cancel, InferenceError, Occurrence, Params, Sampler};
+use crate::io::{self, Outcome, RunRecord, Shape, ShapeGeometry};
+use crate::worker::Source;
+
+/// Exit status of a run that was stopped by Ctrl-C, as shells have it.
+const INTERRUPTED: u8 = 130;
+
+/// A whole run, from a shape to its files.
+#[derive(Debug, Clone, PartialEq)]
+pub struct HeadlessJob {
+    pub source: Source,
+    pub sampling: SamplingOptions,
+    pub params: Params,
+    /// Folder for the results.
+    pub output: PathBuf,
+}
+
+impl HeadlessJob {
+    /// Does the job: progress goes to standard error if that is a terminal,
+    /// a summary to standard output. On failure, and when Ctrl-C is pressed,
+    /// nothing is written.
+    pub fn run(&self) -> ExitCode {
+        let cancel = Cancel::default();
+        let asked = cancel.clone();
+        let handler = ctrlc::set_handler(move || {
+            if asked.is_requested() {
+                std::process::exit(i32::from(INTERRUPTED));
+            }
+            asked.request();
+        });
+        if let Err(e) = handler {
+            tracing::warn!("Ctrl-C will end the program at once: {e}");
+        }
+        match self.work(&cancel) {
+            Ok(summary) => {
+                // A closed pipe is no reason to call the run a failure.
+                let _ = writeln!(std::io::stdout(), "{summary}");
+                ExitCode::SUCCESS
+            }
+            Err(e) if matches!(e.downcast_ref(), Some(InferenceError::Cancelled)) => {
+                say("stopped; nothing was written");
+                ExitCode::from(INTERRUPTED)
+            }
+            Err(e) => fail(&format!("{e:#}")),
+        }
+    }
+
+    fn work(&self, cancel: &Cancel) -> anyhow::Result<String> {
+        if self.output.exists() && !self.output.is_dir() {
+            bail!("{} is not a folder; name another one for the results", self.output.display());
+        }
+        let whole = Instant::now();
+        let mut record = RunRecord::default();
+        let bar = ProgressBar::new(u64::from(self.params.iterations));
+        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed} {msg}") {
+            bar.set_style(style);
+        }
+        bar.set_message("reading");
+        let shape = timed(&mut record.times.read, || match &self.source {
+            Source::File(path) => io::read(path),
+            Source::BuiltIn => io::built_in(),
+        })?;
+        for note in &shape.notes {
+            bar.suspend(|| say(&format!("{}: {note}", shape.name)));
+        }
+        bar.set_message("sampling");
+        let cloud = timed(&mut record.times.sample, || io::sample(&shape, &self.sampling))
+            .with_context(|| shape.name.clone())?;
+        let cloud = Arc::new(cloud);
+
+        let abstraction =
+            self.infer(Arc::clone(&cloud), cancel, &mut record, &bar).with_context(|| shape.name.clone())?;
+        bar.finish_and_clear();
+        if cancel.is_requested() {
+            return Err(InferenceError::Cancelled.into());
+        }
+        let outcome = Outcome {
+            shape: &shape,
+            cloud: &cloud,
+            sampling: self.sampling,
+            params: &self.params,
+            abstraction: &abstraction,
+        };
+        let files = io::write_run(&self.output, &outcome, &record)?;
+        let names = files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(", ");
+        Ok(format!("{}\nwrote {names}", summary(&outcome, whole.elapsed())))
+    }
+
+    fn infer(
+        &self,
+        cloud: Arc<crate::geometry::SampleCloud>,
+        cancel: &Cancel,
+        record: &mut RunRecord,
+        bar: &ProgressBar,
+    ) -> Result<Abstraction, InferenceError> {
+        bar.set_message("starting");
+        let times = &mut record.times;
+        let mut sampler = timed(&mut times.start, || Sampler::new(cloud, self.params, cancel))?;
+        record.clusters.push(sampler.abstraction().primitives.len());
+        while !sampler.is_finished() {
+            let before = sampler.iteration();
+            let mut spent = Duration::ZERO;
+            let occurrences = timed(&mut spent, || sampler.step(cancel))?;
+            let clusters = sampler.abstraction().primitives.len();
+            if sampler.iteration() > before {
+                times.iterations += spent;
+                record.clusters.push(clusters);
+            } else {
+                times.merge += spent;
+            }
+            record.merges.extend(occurrences.into_iter().filter_map(|o| match o {
+                Occurrence::Merged(report) => Some(report),
+                _ => None,
+            }));
+            bar.set_position(u64::from(sampler.iteration()));
+            bar.set_message(format!("{clusters} primitives"));
+        }
+        Ok(sampler.abstraction())
+    }
+}
+
+/// Runs `work` and adds the time it took to `spent`.
+fn timed<T>(spent: &mut Duration, work: impl FnOnce() -> T) -> T {
+    let start = Instant::now();
+    let result = work();
+    *spent += start.elapsed();
+    result
+}
+
+fn summary(outcome: &Outcome<'_>, elapsed: Duration) -> String {
+    let Outcome { shape, cloud, abstraction, .. } = outcome;
+    format!(
+        "{}: {}, {} samples\n{} primitives, mean distance {}, {} samples unassigned, {:.1} s",
+        shape.name,
+        contents(shape),
+        cloud.points.len(),
+        abstraction.primitives.len(),
+        length(abstraction.figures.mean_distance),
+        abstraction.figures.unassigned,
+        elapsed.as_secs_f64()
+    )
+}
+
+fn contents(shape: &Shape) -> String {
+    match &shape.geometry {
+        ShapeGeometry::Mesh(mesh) => {
+            format!("mesh of {} vertices and {} faces", mesh.vertices.len(), mesh.faces.len())
+        }
+        ShapeGeometry::Cloud(cloud) => format!("cloud of {} points", cloud.points.len()),
+    }
+}
+
+/// Three significant digits, whatever the unit.
+fn length(value: f64) -> String {
+    if value == 0.0 || (1e-4..1e6).contains(&value) {
+        let digits = if value > 0.0 { (2.0 - value.log10().floor()).max(0.0) } else { 0.0 };
+        format!("{value:.*}", digits as usize)
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn lengths_have_three_digits_at_any_scale() {
+        let shown = [0.0, 0.012345, 1.23456, 98765.4, 1.2345e-9, 1e12].map(length);
+        assert_eq!(shown, ["0", "0.0123", "1.23", "98765", "1.23e-9", "1.00e12"]);
+    }
+}

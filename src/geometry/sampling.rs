@@ -1,0 +1,248 @@
+//! Even sampling: a shape of any size becomes a set number of points that are
+//! as evenly spaced as the shape allows.
+//!
+//! Candidates (area-uniform ones on a mesh, the points of a thinned grid in a
+//! cloud) are eliminated one by one, the most crowded first, until the wanted
+//! number is left: *weighted sample elimination*, C. Yuksel, "Sample
+//! Elimination for Generating Poisson Disk Sample Sets", Eurographics 2015.
+//! The result depends on the input and the seed alone.
+
+use std::collections::HashMap;
+
+use nalgebra::{Point3, Vector3};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use rayon::prelude::*;
+
+use super::cloud::{NO_SAMPLE, SampleCloud};
+use super::elimination::eliminate;
+use super::mesh::{TriMesh, bounds, has_area};
+use super::morton::{Level, MortonOrder};
+use super::neighbors::KdTree;
+
+/// Candidates drawn for each sample of a mesh.
+const CANDIDATES_PER_SAMPLE: usize = 5;
+/// Least number of candidates for each sample of a cloud that is larger than
+/// this. The grids double from one to the next, so that there may be four
+/// times as many on a surface.
+const THINNED_PER_SAMPLE: usize = 4;
+/// Cells finer than this many halvings below the samples' spacing say nothing
+/// about it; without the limit a dense clump would cost quadratic time.
+const LEVELS_BELOW_SPACING: usize = 3;
+
+/// How a shape is turned into samples.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SamplingOptions {
+    /// Number of samples N.
+    pub points: usize,
+    pub seed: u64,
+}
+
+impl Default for SamplingOptions {
+    fn default() -> Self {
+        Self { points: 3500, seed: 1 }
+    }
+}
+
+impl SamplingOptions {
+    /// Limits of the number of samples, as the window and the command line
+    /// offer them.
+    pub const POINTS: (usize, usize) = (100, 200_000);
+
+    /// Says what is wrong with the options, if anything is.
+    pub fn check(&self) -> Result<(), SamplingError> {
+        let (least, most) = Self::POINTS;
+        if (least..=most).contains(&self.points) {
+            Ok(())
+        } else {
+            Err(SamplingError::PointsOutOfRange { points: self.points, least, most })
+        }
+    }
+}
+
+/// Why a shape can't be sampled.
+#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+pub enum SamplingError {
+    #[error("the mesh has no face with an area, so there is no surface to sample")]
+    NoArea,
+    #[error("the cloud has no point with finite coordinates")]
+    NoPoints,
+    #[error("the number of samples is {points}, but must lie between {least} and {most}")]
+    PointsOutOfRange { points: usize, least: usize, most: usize },
+}
+
+/// Samples a mesh evenly to exactly `options.points` points on its surface.
+/// Faces that are degenerate, out of range or not finite are skipped.
+///
+/// # Errors
+/// [`SamplingError::NoArea`] where no face is left.
+pub fn sample_mesh(mesh: &TriMesh, options: &SamplingOptions) -> Result<SampleCloud, SamplingError> {
+    let surface = Surface::new(mesh)?;
+    let wanted = options.points;
+    let candidates = surface.draw(wanted.saturating_mul(CANDIDATES_PER_SAMPLE), options.seed);
+    let order = MortonOrder::new(&candidates);
+    // Yuksel's largest possible spacing for N points on this area. A surface
+    // that is folded over itself has less room than its area says.
+    let by_area = (surface.area() / (2.0 * 3f64.sqrt() * wanted.max(1) as f64)).sqrt();
+    let by_cells = order.level_with(wanted).map_or(by_area, |level| 0.5 * level.cell);
+    let kept = eliminate(&candidates, wanted, by_area.min(by_cells));
+    let points = kept.into_iter().map(|i| surface.frame.input(&candidates[i as usize])).collect();
+    Ok(SampleCloud { points, sample_of_input: None })
+}
+
+/// Takes a cloud of up to `options.points` distinct points as it is, and thins
+/// a larger one evenly to exactly that number. Every sample is a point of the
+/// input; each input point is mapped to its nearest sample, one that is not
+/// finite to [`NO_SAMPLE`].
+///
+/// # Errors
+/// [`SamplingError::NoPoints`] where no point is finite.
+pub fn sample_cloud(points: &[Point3<f64>], options: &SamplingOptions) -> Result<SampleCloud, SamplingError> {
+    let finite: Vec<u32> =
+        (0u32..).zip(points).filter(|(_, p)| p.iter().all(|c| c.is_finite())).map(|(i, _)| i).collect();
+    if finite.is_empty() {
+        return Err(SamplingError::NoPoints);
+    }
+    let wanted = options.points.max(1);
+    if finite.len() <= wanted {
+        return Ok(distinct(points));
+    }
+    let frame = Frame::around(finite.iter().map(|&i| points[i as usize]));
+    let local: Vec<Point3<f64>> = finite.par_iter().map(|&i| frame.local(&points[i as usize])).collect();
+    let order = MortonOrder::new(&local);
+    let Some(spacing) = order.level_with(wanted) else {
+        return Ok(distinct_or_thinned(points, &finite, &local, &order));
+    };
+    let fine = order.level_with(wanted.saturating_mul(THINNED_PER_SAMPLE)).unwrap_or(Level::FINEST);
+    let depth = fine.depth.min(spacing.depth + LEVELS_BELOW_SPACING);
+    let candidates = order.thinned(&local, depth);
+    let positions: Vec<Point3<f64>> = candidates.iter().map(|&i| local[i as usize]).collect();
+    let mut kept: Vec<u32> = eliminate(&positions, wanted, 0.5 * spacing.cell)
+        .into_iter()
+        .map(|i| candidates[i as usize])
+        .collect();
+    kept.sort_unstable();
+    Ok(mapped(points, &finite, &local, &kept))
+}
+
+/// A cloud in which fewer cells are occupied at the finest level than samples
+/// are wanted: all that can be told apart becomes a sample.
+fn distinct_or_thinned(
+    points: &[Point3<f64>],
+    finite: &[u32],
+    local: &[Point3<f64>],
+    order: &MortonOrder,
+) -> SampleCloud {
+    let mut kept = order.thinned(local, Level::FINEST.depth);
+    kept.sort_unstable();
+    mapped(points, finite, local, &kept)
+}
+
+/// The cloud of the kept points, each finite point mapped to the nearest.
+/// `kept` indexes `finite` and `local`, ascending.
+fn mapped(points: &[Point3<f64>], finite: &[u32], local: &[Point3<f64>], kept: &[u32]) -> SampleCloud {
+    let positions: Vec<Point3<f64>> = kept.iter().map(|&i| local[i as usize]).collect();
+    let tree = KdTree::new(&positions);
+    let nearest: Vec<u32> =
+        local.par_iter().map(|p| tree.nearest_one(p).map_or(NO_SAMPLE, |(_, i)| i)).collect();
+    let mut sample_of_input = vec![NO_SAMPLE; points.len()];
+    for (&i, sample) in finite.iter().zip(nearest) {
+        sample_of_input[i as usize] = sample;
+    }
+    let points = kept.iter().map(|&k| points[finite[k as usize] as usize]).collect();
+    SampleCloud { points, sample_of_input: Some(sample_of_input) }
+}
+
+/// Every distinct point becomes a sample, in order of first appearance.
+fn distinct(points: &[Point3<f64>]) -> SampleCloud {
+    let mut first: HashMap<[u64; 3], u32> = HashMap::with_capacity(points.len());
+    let mut kept: Vec<Point3<f64>> = Vec::new();
+    let sample_of_input = points
+        .iter()
+        .map(|p| {
+            if !p.iter().all(|c| c.is_finite()) {
+                return NO_SAMPLE;
+            }
+            // + 0.0 makes one zero of the two.
+            *first.entry([p.x, p.y, p.z].map(|c| (c + 0.0).to_bits())).or_insert_with(|| {
+                kept.push(*p);
+                (kept.len() - 1) as u32
+            })
+        })
+        .collect();
+    SampleCloud { points: kept, sample_of_input: Some(sample_of_input) }
+}
+
+/// The frame in which all sampling is done: the shape's box, centred, its
+/// longest edge 2. Far offsets and extreme units cost no precision there.
+#[derive(Debug, Clone, Copy)]
+struct Frame {
+    center: Vector3<f64>,
+    half_extent: f64,
+}
+
+impl Frame {
+    fn around(points: impl IntoIterator<Item = Point3<f64>>) -> Self {
+        let (lo, hi) = bounds(points).unwrap_or((Point3::origin(), Point3::origin()));
+        // Halved before they are added: sums near the largest number overflow.
+        let (lo, hi) = (lo.coords * 0.5, hi.coords * 0.5);
+        let half_extent = (hi - lo).max();
+        Self { center: lo + hi, half_extent: if half_extent > 0.0 { half_extent } else { 1.0 } }
+    }
+
+    fn local(&self, p: &Point3<f64>) -> Point3<f64> {
+        Point3::from((p.coords - self.center) / self.half_extent)
+    }
+
+    fn input(&self, p: &Point3<f64>) -> Point3<f64> {
+        Point3::from(p.coords * self.half_extent + self.center)
+    }
+}
+
+/// The faces of a mesh that have an area, with the running sum of it.
+#[derive(Debug)]
+struct Surface {
+    frame: Frame,
+    /// Corners in the frame.
+    triangles: Vec<[Point3<f64>; 3]>,
+    /// Sum of the areas up to and including each triangle.
+    area_up_to: Vec<f64>,
+}
+
+impl Surface {
+    fn new(mesh: &TriMesh) -> Result<Self, SamplingError> {
+        let sound = || mesh.faces.iter().filter_map(|f| mesh.corners(f)).filter(has_area);
+        let frame = Frame::around(sound().flatten());
+        let mut total = 0.0;
+        let (triangles, area_up_to): (Vec<_>, Vec<_>) = sound()
+            .map(|corners| {
+                let [a, b, c] = corners.map(|p| frame.local(&p));
+                total += 0.5 * (b - a).cross(&(c - a)).norm();
+                ([a, b, c], total)
+            })
+            .unzip();
+        if total > 0.0 { Ok(Self { frame, triangles, area_up_to }) } else { Err(SamplingError::NoArea) }
+    }
+
+    fn area(&self) -> f64 {
+        self.area_up_to.last().copied().unwrap_or(0.0)
+    }
+
+    /// Area-uniform points, in the frame. Stratified: the i-th point is drawn
+    /// from the i-th of `count` equal shares of the area, so that each face
+    /// gets its due number to within one.
+    fn draw(&self, count: usize, seed: u64) -> Vec<Point3<f64>> {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let share = self.area() / count as f64;
+        (0..count)
+            .map(|i| {
+                let at = (i as f64 + rng.random::<f64>()) * share;
+                let face = self.area_up_to.partition_point(|&a| a <= at).min(self.triangles.len() - 1);
+                let [a, b, c] = self.triangles[face];
+                // The square root makes the density uniform over the triangle.
+                let (r, v) = (rng.random::<f64>().sqrt(), rng.random::<f64>());
+                Point3::from(a.coords * (1.0 - r) + b.coords * (r * (1.0 - v)) + c.coords * (r * v))
+            })
+            .collect()
+    }
+}

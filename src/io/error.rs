@@ -1,0 +1,76 @@
+//! What can go wrong on reading and writing, said so that a person can act.
+
+use std::fmt;
+use std::path::PathBuf;
+
+/// Where in a file something was found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// Line number, from 1.
+    Line(usize),
+    /// Offset in bytes from the start of the file.
+    Byte(usize),
+}
+
+impl fmt::Display for Place {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Line(n) => write!(f, "line {n}"),
+            Self::Byte(n) => write!(f, "byte {n}"),
+        }
+    }
+}
+
+/// Why a shape can't be read.
+#[derive(Debug, thiserror::Error)]
+pub enum ReadError {
+    #[error("can't open {path}: {reason}; check the name and that you may read it", path = path.display())]
+    Open { path: PathBuf, reason: std::io::Error },
+    #[error("{path} is not a file; give the name of an OBJ, PLY or XYZ file", path = path.display())]
+    NotAFile { path: PathBuf },
+    #[error("{path} has {bytes} bytes, more than the {limit} that can be read; thin the shape out first", path = path.display())]
+    TooLarge { path: PathBuf, bytes: u64, limit: u64 },
+    #[error("{path} is empty; it may not have been written to the end", path = path.display())]
+    Empty { path: PathBuf },
+    #[error("{path} is {what}, which can't be read; convert it to OBJ, PLY or XYZ text (.xyz, .txt, .csv, .pts)", path = path.display())]
+    Unsupported { path: PathBuf, what: &'static str },
+    #[error("{path} is in no format that can be read; those are OBJ, PLY and XYZ text (.xyz, .txt, .csv, .pts)", path = path.display())]
+    Unknown { path: PathBuf },
+    #[error("{path}{at}: {problem}", path = path.display(), at = place.map(|p| format!(", {p}")).unwrap_or_default())]
+    Malformed { path: PathBuf, place: Option<Place>, problem: String },
+}
+
+/// A fault in a file's content, before the file's name is known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Fault {
+    pub(super) place: Option<Place>,
+    pub(super) problem: String,
+}
+
+impl Fault {
+    pub(super) fn at_line(line: usize, problem: impl Into<String>) -> Self {
+        Self { place: Some(Place::Line(line)), problem: problem.into() }
+    }
+
+    pub(super) fn at_byte(byte: usize, problem: impl Into<String>) -> Self {
+        Self { place: Some(Place::Byte(byte)), problem: problem.into() }
+    }
+
+    pub(super) fn whole(problem: impl Into<String>) -> Self {
+        Self { place: None, problem: problem.into() }
+    }
+
+    pub(super) fn in_file(self, path: PathBuf) -> ReadError {
+        ReadError::Malformed { path, place: self.place, problem: self.problem }
+    }
+}
+
+/// Why a result can't be written. Nothing was left behind, and a file that
+/// stood at the place is as it was.
+#[derive(Debug, thiserror::Error)]
+pub enum WriteError {
+    #[error("can't write {path}: {reason}; choose another folder or make room", path = path.display())]
+    Io { path: PathBuf, reason: std::io::Error },
+    #[error("can't write {path}: a folder of that name is in the way", path = path.display())]
+    IsAFolder { path: PathBuf },
+}

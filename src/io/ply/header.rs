@@ -1,0 +1,190 @@
+//! The header of a PLY file.
+
+use super::super::error::Fault;
+use super::super::text::quoted;
+
+/// A longer header is no header.
+const LONGEST: usize = 1 << 20;
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Encoding {
+    Ascii,
+    Binary { big_endian: bool },
+}
+
+/// The type of a number.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Scalar {
+    I8,
+    U8,
+    I16,
+    U16,
+    I32,
+    U32,
+    F32,
+    F64,
+}
+
+impl Scalar {
+    fn named(name: &str) -> Option<Self> {
+        Some(match name {
+            "char" | "int8" => Self::I8,
+            "uchar" | "uint8" => Self::U8,
+            "short" | "int16" => Self::I16,
+            "ushort" | "uint16" => Self::U16,
+            "int" | "int32" => Self::I32,
+            "uint" | "uint32" => Self::U32,
+            "float" | "float32" => Self::F32,
+            "double" | "float64" => Self::F64,
+            _ => return None,
+        })
+    }
+
+    /// Size in bytes.
+    pub(super) fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::I32 | Self::U32 | Self::F32 => 4,
+            Self::F64 => 8,
+        }
+    }
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Kind {
+    Scalar(Scalar),
+    List { count: Scalar, item: Scalar },
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Property {
+    pub(super) name: String,
+    pub(super) kind: Kind,
+}
+
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Element {
+    pub(super) name: String,
+    pub(super) count: u64,
+    pub(super) properties: Vec<Property>,
+}
+
+impl Element {
+    pub(super) fn is_vertex(&self) -> bool {
+        ["vertex", "vertices", "point"].iter().any(|n| self.name.eq_ignore_ascii_case(n))
+    }
+
+    /// The property that lists the vertices of a face (or strip), if this
+    /// element has one.
+    pub(super) fn face_list(&self) -> Option<usize> {
+        if !["face", "faces", "tristrips"].iter().any(|n| self.name.eq_ignore_ascii_case(n)) {
+            return None;
+        }
+        let is_list = |p: &Property| matches!(p.kind, Kind::List { .. });
+        let named = |p: &Property| ["vertex_indices", "vertex_index"].contains(&p.name.as_str());
+        self.properties
+            .iter()
+            .position(|p| is_list(p) && named(p))
+            .or_else(|| self.properties.iter().position(is_list))
+    }
+}
+
+#[derive(Debug)]
+pub(super) struct Header {
+    pub(super) encoding: Encoding,
+    pub(super) elements: Vec<Element>,
+    /// Bytes up to the first one of the body.
+    pub(super) length: usize,
+    /// Lines of the header.
+    pub(super) lines: usize,
+}
+
+impl Header {
+    pub(super) fn parse(bytes: &[u8]) -> Result<Self, Fault> {
+        // The first line shows how this file ends its lines; a line feed that
+        // belongs to binary data must not be taken for a part of the ending.
+        let ending: &[u8] = match bytes.get(3..5) {
+            Some(b"\r\n") => b"\r\n",
+            Some([b'\r', _]) => b"\r",
+            _ => b"\n",
+        };
+        let mut encoding = None;
+        let mut elements: Vec<Element> = Vec::new();
+        let mut at = 0;
+        for line_number in 1.. {
+            let rest = &bytes[at..bytes.len().min(LONGEST)];
+            let Some(length) = rest.windows(ending.len()).position(|w| w == ending) else {
+                // The last line of a file without a body may lack its ending.
+                if rest == b"end_header" {
+                    at = bytes.len();
+                    return Self::finish(encoding, elements, at, line_number);
+                }
+                return Err(Fault::at_line(line_number, "the header has no end (end_header)"));
+            };
+            let line = String::from_utf8_lossy(&rest[..length]);
+            at += length + ending.len();
+            let words: Vec<&str> = line.split_whitespace().collect();
+            let fault = |problem: String| Fault::at_line(line_number, problem);
+            match words[..] {
+                ["ply"] if line_number == 1 => {}
+                [] | ["comment" | "obj_info", ..] => {}
+                ["format", name, _version] => {
+                    encoding = Some(match name {
+                        "ascii" => Encoding::Ascii,
+                        "binary_little_endian" => Encoding::Binary { big_endian: false },
+                        "binary_big_endian" => Encoding::Binary { big_endian: true },
+                        _ => return Err(fault(format!("unknown format {}", quoted(name)))),
+                    });
+                }
+                ["element", name, count] => {
+                    let count = count
+                        .parse()
+                        .map_err(|_| fault(format!("{} is not a number of elements", quoted(count))))?;
+                    elements.push(Element { name: name.to_owned(), count, properties: Vec::new() });
+                }
+                ["property", ref what @ ..] => {
+                    let property = property(what)
+                        .ok_or_else(|| fault(format!("{} is not a property", quoted(line.trim()))))?;
+                    let element = elements
+                        .last_mut()
+                        .ok_or_else(|| fault("a property stands before the first element".to_owned()))?;
+                    element.properties.push(property);
+                }
+                ["end_header"] => return Self::finish(encoding, elements, at, line_number),
+                _ if line_number == 1 => {
+                    return Err(fault("a PLY file starts with a line “ply”".to_owned()));
+                }
+                _ => return Err(fault(format!("{} has no place in a header", quoted(line.trim())))),
+            }
+        }
+        Err(Fault::whole("the header has no end (end_header)"))
+    }
+
+    fn finish(
+        encoding: Option<Encoding>,
+        elements: Vec<Element>,
+        length: usize,
+        lines: usize,
+    ) -> Result<Self, Fault> {
+        let encoding = encoding.ok_or_else(|| Fault::whole("its header names no format"))?;
+        Ok(Self { encoding, elements, length, lines })
+    }
+}
+
+/// A property from the words after `property`. Names may hold blanks: some
+/// programs write them so.
+fn property(words: &[&str]) -> Option<Property> {
+    let (kind, name) = match words {
+        ["list", count, item, name @ ..] => {
+            let count = Scalar::named(count)?;
+            if matches!(count, Scalar::F32 | Scalar::F64) {
+                return None;
+            }
+            (Kind::List { count, item: Scalar::named(item)? }, name)
+        }
+        [scalar, name @ ..] => (Kind::Scalar(Scalar::named(scalar)?), name),
+        [] => return None,
+    };
+    (!name.is_empty()).then(|| Property { name: name.join(" ").to_ascii_lowercase(), kind })
+}

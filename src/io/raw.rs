@@ -1,0 +1,103 @@
+//! What a parser hands over, and the checks that all formats share.
+
+use nalgebra::Point3;
+
+use super::error::Fault;
+use super::text::counted;
+use super::{PointCloud, ShapeGeometry};
+use crate::geometry::TriMesh;
+use crate::geometry::mesh::has_area;
+
+/// A shape as a parser found it, unchecked.
+#[derive(Debug, Default)]
+pub(super) struct Raw {
+    pub(super) points: Vec<Point3<f64>>,
+    pub(super) colors: Option<Vec<[u8; 3]>>,
+    pub(super) triangles: Vec<[u32; 3]>,
+    /// Faces whose indices point nowhere, which the parser left out.
+    pub(super) faces_out_of_range: usize,
+    pub(super) notes: Vec<String>,
+}
+
+impl Raw {
+    /// Tells mesh from cloud, and leaves out what no surface can be made of,
+    /// with a note.
+    pub(super) fn checked(mut self) -> Result<(ShapeGeometry, Vec<String>), Fault> {
+        if self.points.is_empty() {
+            return Err(Fault::whole("it has no points; export the shape again"));
+        }
+        if self.triangles.is_empty() && self.faces_out_of_range == 0 {
+            return self.into_cloud();
+        }
+        let mesh = TriMesh {
+            vertices: std::mem::take(&mut self.points),
+            faces: std::mem::take(&mut self.triangles),
+        };
+        let (mut not_finite, mut flat) = (0, 0);
+        let faces: Vec<[u32; 3]> = mesh
+            .faces
+            .iter()
+            .filter(|face| match mesh.corners(face) {
+                None => {
+                    not_finite += 1;
+                    false
+                }
+                Some(corners) if !has_area(&corners) => {
+                    flat += 1;
+                    false
+                }
+                Some(_) => true,
+            })
+            .copied()
+            .collect();
+        for (n, why) in [
+            (self.faces_out_of_range, "pointing to vertices that are not in the file"),
+            (not_finite, "with a coordinate that is not a finite number"),
+            (flat, "without an area"),
+        ] {
+            if n > 0 {
+                self.notes.push(format!("left out {} {why}", counted(n, "face", "faces")));
+            }
+        }
+        if faces.is_empty() {
+            self.notes.push("no face has an area: taken as a point cloud of its vertices".to_owned());
+            self.points = mesh.vertices;
+            return self.into_cloud();
+        }
+        Ok((ShapeGeometry::Mesh(compact(&mesh.vertices, faces)), self.notes))
+    }
+
+    fn into_cloud(mut self) -> Result<(ShapeGeometry, Vec<String>), Fault> {
+        let lost = self.points.iter().filter(|p| !p.iter().all(|c| c.is_finite())).count();
+        if lost == self.points.len() {
+            return Err(Fault::whole("none of its points has finite coordinates; export the shape again"));
+        }
+        if lost > 0 {
+            let points = counted(lost, "point has", "points have");
+            self.notes
+                .push(format!("{points} a coordinate that is not a finite number and will get no label"));
+        }
+        Ok((ShapeGeometry::Cloud(PointCloud { points: self.points, colors: self.colors }), self.notes))
+    }
+}
+
+/// The mesh without vertices that no face uses, which would stretch its box.
+/// The others keep their order.
+fn compact(vertices: &[Point3<f64>], mut faces: Vec<[u32; 3]>) -> TriMesh {
+    const UNUSED: u32 = u32::MAX;
+    let mut renamed = vec![UNUSED; vertices.len()];
+    for &i in faces.iter().flatten() {
+        renamed[i as usize] = 0;
+    }
+    let mut kept = Vec::with_capacity(vertices.len());
+    for (name, p) in renamed.iter_mut().zip(vertices) {
+        if *name != UNUSED {
+            *name = kept.len() as u32;
+            kept.push(*p);
+        }
+    }
+    for i in faces.iter_mut().flatten() {
+        *i = renamed[*i as usize];
+    }
+    TriMesh { vertices: kept, faces }
+}

@@ -1,0 +1,249 @@
+//! Everything a person can ask for. What takes no argument is a [`Verb`], with
+//! its text, tooltip and shortcut in one table from which menus, buttons,
+//! keys and the help page are made.
+
+use std::path::PathBuf;
+
+use nalgebra::{Point3, Vector2};
+
+use super::scene::UpAxis;
+use super::view::{Layer, SurfaceStyle, ThemeChoice};
+use crate::inference::Params;
+use crate::worker::{Pace, SamplingOptions};
+
+/// One user action.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Action {
+    Verb(Verb),
+    OpenFile(PathBuf),
+    Export(Export, PathBuf),
+    SaveScreenshot(PathBuf),
+    SetParams(Params),
+    SetSampling(SamplingOptions),
+    SetPace(Pace),
+    /// Selects one primitive, or none.
+    Select(Option<u32>),
+    /// Adds a primitive to the selection, or takes it out.
+    ToggleSelected(u32),
+    SetPrimitiveVisible(u32, bool),
+    SetLayer(Layer, bool),
+    SetSurfaceStyle(SurfaceStyle),
+    /// Diameter in logical pixels.
+    SetPointSize(f32),
+    SetUpAxis(UpAxis),
+    /// Angles in radians.
+    Orbit {
+        right: f64,
+        up: f64,
+    },
+    /// In fractions of the viewport's half size, y up.
+    Pan(Vector2<f64>),
+    /// Towards the cursor in [−1, 1]², y up.
+    Zoom {
+        cursor: Vector2<f64>,
+        factor: f64,
+    },
+    /// In scene space.
+    SetPivot(Point3<f64>),
+    /// Width / height of the viewport.
+    SetAspect(f64),
+    /// Closes the error box.
+    DismissErrors,
+    /// Something outside the session went wrong.
+    Tell {
+        what: String,
+        error: String,
+    },
+    /// Something outside the session went well.
+    Note(String),
+}
+
+/// What can be written to a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Export {
+    Cloud,
+    Primitives,
+}
+
+/// A key, by what is printed on it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Key {
+    Char(char),
+    Function(u8),
+    Home,
+    Space,
+    Escape,
+    Backspace,
+}
+
+/// A key with its modifiers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub struct Shortcut {
+    pub ctrl: bool,
+    pub shift: bool,
+    pub alt: bool,
+    pub key: Key,
+}
+
+const fn plain(key: Key) -> Option<Shortcut> {
+    Some(Shortcut { ctrl: false, shift: false, alt: false, key })
+}
+const fn ctrl(key: char) -> Option<Shortcut> {
+    Some(Shortcut { ctrl: true, shift: false, alt: false, key: Key::Char(key) })
+}
+const fn ctrl_shift(key: char) -> Option<Shortcut> {
+    Some(Shortcut { ctrl: true, shift: true, alt: false, key: Key::Char(key) })
+}
+
+impl std::fmt::Display for Shortcut {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        for (held, name) in [(self.ctrl, "Ctrl+"), (self.alt, "Alt+"), (self.shift, "Shift+")] {
+            if held {
+                f.write_str(name)?;
+            }
+        }
+        match self.key {
+            Key::Char(c) => write!(f, "{c}"),
+            Key::Function(n) => write!(f, "F{n}"),
+            Key::Home => f.write_str("Home"),
+            Key::Space => f.write_str("Space"),
+            Key::Escape => f.write_str("Esc"),
+            Key::Backspace => f.write_str("Backspace"),
+        }
+    }
+}
+
+/// Under which heading the help page lists a verb.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Group {
+    File,
+    Run,
+    View,
+    Help,
+}
+
+impl Group {
+    pub const ALL: [Self; 4] = [Self::File, Self::Run, Self::View, Self::Help];
+
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::File => "File",
+            Self::Run => "Run",
+            Self::View => "View",
+            Self::Help => "Help",
+        }
+    }
+}
+
+/// What is known of a verb.
+#[derive(Debug, Clone, Copy)]
+pub struct Entry {
+    pub text: &'static str,
+    pub tooltip: &'static str,
+    pub shortcut: Option<Shortcut>,
+    pub group: Group,
+}
+
+macro_rules! verbs {
+    ($($verb:ident: $group:ident, $shortcut:expr, $text:literal, $tooltip:literal;)*) => {
+        /// An action without an argument.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+        pub enum Verb { $($verb,)* }
+
+        impl Verb {
+            pub const ALL: &[Self] = &[$(Self::$verb,)*];
+
+            /// The row of the table.
+            pub const fn entry(self) -> Entry {
+                match self {
+                    $(Self::$verb => Entry {
+                        text: $text, tooltip: $tooltip, shortcut: $shortcut, group: Group::$group,
+                    },)*
+                }
+            }
+        }
+    };
+}
+
+verbs! {
+    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, XYZ)";
+    OpenBuiltIn: File, None, "Open built-in shape", "Open the shape that comes with the program";
+    ExportCloud: File, ctrl('E'), "Export segmented cloud…",
+        "Write every input point with its label and colour, in input order (PLY)";
+    ExportPrimitives: File, ctrl_shift('E'), "Export primitives…",
+        "Write the parameters of all primitives in input units (JSON)";
+    SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save what the window shows (PNG)";
+    Quit: File, ctrl('Q'), "Quit", "Close the window";
+
+    Run: Run, plain(Key::Space), "Run", "Iterate until the run is finished; a finished run starts anew";
+    Pause: Run, plain(Key::Space), "Pause", "Stop at once, also in the middle of an iteration; nothing is lost";
+    StepIteration: Run, plain(Key::Char('N')), "Step iteration", "Make one Gibbs iteration";
+    StepMerge: Run, plain(Key::Char('M')), "Step merge",
+        "Merge the best pair of primitives, and say which and why";
+    MergeAll: Run, Some(Shortcut { ctrl: false, shift: true, alt: false, key: Key::Char('M') }), "Merge all",
+        "Merge pair after pair until no pair may be merged";
+    Reset: Run, plain(Key::Backspace), "Reset", "Back to the start, with the present parameters and seed";
+    Resample: Run, None, "Sample again", "Sample the shape with these settings and start over";
+    DefaultPreset: Run, None, "Default", "The paper's parameters, with merging by description length";
+    PaperPreset: Run, None, "Paper", "The paper's parameters, merge thresholds and freezing";
+
+    FrameSelection: View, plain(Key::Char('F')), "Frame selection",
+        "Move the camera so that the selected primitives fill the view";
+    FrameAll: View, plain(Key::Home), "Frame all", "Move the camera so that the whole shape fills the view";
+    ViewFront: View, plain(Key::Char('1')), "Front", "Look from the front";
+    ViewBack: View, ctrl('1'), "Back", "Look from behind";
+    ViewRight: View, plain(Key::Char('3')), "Right", "Look from the right";
+    ViewLeft: View, ctrl('3'), "Left", "Look from the left";
+    ViewTop: View, plain(Key::Char('7')), "Top", "Look from above";
+    ViewBottom: View, ctrl('7'), "Bottom", "Look from below";
+    ToggleOrthographic: View, plain(Key::Char('5')), "Orthographic",
+        "Parallel projection instead of perspective";
+    Deselect: View, plain(Key::Escape), "Deselect", "Select nothing";
+    HideSelected: View, plain(Key::Char('H')), "Hide selected", "Hide the selected primitives";
+    ShowAll: View, Some(Shortcut { ctrl: false, shift: false, alt: true, key: Key::Char('H') }),
+        "Show all primitives", "Show the hidden primitives again";
+    ToggleLog: View, plain(Key::Char('L')), "Log", "Everything that happened, newest first";
+    ThemeSystem: View, None, "System", "Light or dark as the system says";
+    ThemeLight: View, None, "Light", "Always light";
+    ThemeDark: View, None, "Dark", "Always dark";
+
+    ShowShortcuts: Help, plain(Key::Function(1)), "Keyboard and mouse", "What keys and mouse do";
+    ShowAbout: Help, None, "About Superform", "Version, licence and the paper";
+}
+
+impl From<ThemeChoice> for Verb {
+    fn from(choice: ThemeChoice) -> Self {
+        match choice {
+            ThemeChoice::System => Self::ThemeSystem,
+            ThemeChoice::Light => Self::ThemeLight,
+            ThemeChoice::Dark => Self::ThemeDark,
+        }
+    }
+}
+
+/// What the mouse does in the viewport, for the help page.
+pub const MOUSE: &[(&str, &str)] = &[
+    ("Left drag", "Orbit"),
+    ("Right or middle drag", "Pan"),
+    ("Wheel", "Zoom to the cursor"),
+    ("Click", "Select a primitive or the primitive of a point"),
+    ("Shift+click", "Add to the selection"),
+    ("Double-click", "Orbit around that place"),
+    ("Drop a file", "Open it"),
+];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn texts_are_plain_sentences() {
+        for verb in Verb::ALL {
+            let Entry { text, tooltip, .. } = verb.entry();
+            assert!(!text.ends_with(':') && !text.ends_with('.'), "{text}");
+            assert!(tooltip.len() > 5 && !tooltip.ends_with('.'), "{text} has no sound tooltip");
+            let capitals = text.split(' ').skip(1).filter(|w| w.starts_with(char::is_uppercase));
+            assert!(capitals.clone().all(|w| w == "Superform"), "{text} is in title case");
+        }
+    }
+}

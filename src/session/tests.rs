@@ -1,0 +1,188 @@
+use std::path::PathBuf;
+use std::time::Duration;
+
+use nalgebra::Point3;
+
+use super::*;
+use crate::geometry::{SampleCloud, Superquadric};
+use crate::inference::{Abstraction, Figures, MergeReport};
+use crate::io::{PointCloud, Shape, ShapeGeometry};
+
+fn loaded() -> Arc<LoadedShape> {
+    let points: Vec<_> = (0..9).map(|i| Point3::new(f64::from(i), f64::from(i % 3), 0.5)).collect();
+    let cloud = Arc::new(SampleCloud::from_points(&points));
+    let geometry = ShapeGeometry::Cloud(PointCloud { points, colors: None });
+    let shape = Arc::new(Shape { name: "nine".to_owned(), path: None, geometry, notes: Vec::new() });
+    Arc::new(LoadedShape { generation: 1, shape, cloud, sampling: SamplingOptions::default() })
+}
+
+fn snapshot(ids: &[u32], phase: Phase, iteration: u32, occurrences: Vec<Occurrence>) -> Event {
+    let primitives = ids
+        .iter()
+        .map(|&id| Primitive {
+            id,
+            shape: Superquadric::sphere(Point3::new(f64::from(id), 0.0, 0.5), 0.4),
+            sigma: 0.1,
+            points: 3,
+            mean_distance: 0.01,
+        })
+        .collect();
+    let abstraction = Abstraction {
+        phase,
+        iteration,
+        labels: vec![0; 9].into(),
+        primitives,
+        figures: Figures { clusters: ids.len(), ..Figures::default() },
+    };
+    let params = Params::default();
+    let elapsed = Duration::ZERO;
+    Event::Snapshot(Arc::new(Snapshot {
+        generation: 1,
+        run: 1,
+        abstraction,
+        params,
+        start: params,
+        occurrences,
+        elapsed,
+    }))
+}
+
+fn session() -> Session {
+    let mut session = Session::new(Params::default(), SamplingOptions::default());
+    session.absorb(Event::Loaded(loaded()));
+    session.absorb(snapshot(&[1, 2, 3], Phase::Start, 0, vec![]));
+    session.absorb(Event::Activity(Activity::Idle));
+    session
+}
+
+fn merged(a: u32, b: u32) -> MergeReport {
+    MergeReport { merged: (a, b), into: b, reason: "it fits".to_owned() }
+}
+
+#[test]
+fn no_two_enabled_verbs_share_a_shortcut() {
+    let mut states = vec![Session::new(Params::default(), SamplingOptions::default()), session()];
+    for activity in [Activity::Loading, Activity::Running, Activity::Merging, Activity::Writing] {
+        let mut busy = session();
+        busy.selection.insert(1);
+        busy.activity = activity;
+        states.push(busy);
+    }
+    for state in &states {
+        let mut taken = std::collections::HashMap::new();
+        for &verb in Verb::ALL.iter().filter(|&&v| state.is_enabled(v)) {
+            if let Some(shortcut) = verb.entry().shortcut
+                && let Some(other) = taken.insert(shortcut, verb)
+            {
+                panic!("{shortcut} means both {verb:?} and {other:?} while {:?}", state.activity);
+            }
+        }
+    }
+}
+
+#[test]
+fn a_shape_is_run_as_soon_as_it_is_there() {
+    let mut session = Session::new(Params::default(), SamplingOptions::default());
+    let effects = session.begin(Source::BuiltIn);
+    assert!(matches!(effects.last(), Some(Effect::Send(Command::Load { .. }))));
+    assert!(!session.is_enabled(Verb::Run), "while it loads");
+    let effects = session.absorb(Event::Loaded(loaded()));
+    assert!(matches!(effects[..], [Effect::Send(Command::Run)]));
+    // Sampling anew doesn't run by itself, and leaves the camera alone.
+    session.camera.orbit(1.0, 0.2);
+    let camera = session.camera;
+    let again = Arc::new(LoadedShape {
+        generation: 2,
+        shape: Arc::clone(&session.loaded.as_ref().expect("a shape").shape),
+        cloud: Arc::clone(&session.loaded.as_ref().expect("a shape").cloud),
+        sampling: SamplingOptions { points: 5, seed: 2 },
+    });
+    assert!(session.absorb(Event::Loaded(again)).is_empty());
+    assert_eq!(session.camera, camera);
+}
+
+#[test]
+fn a_failed_load_keeps_everything_and_says_so() {
+    let mut session = session();
+    session.apply(Action::OpenFile(PathBuf::from("bad.obj")));
+    session.absorb(Event::Activity(Activity::Loading));
+    session.absorb(Event::Failed { what: "bad.obj could not be opened".into(), error: "no vertices".into() });
+    session.absorb(Event::Activity(Activity::Idle));
+    assert_eq!(session.primitives().len(), 3);
+    assert!(session.messages.open_error().is_some_and(|m| m.text.contains("bad.obj")));
+    // What failed to load is not run when the next thing arrives.
+    assert!(session.absorb(Event::Loaded(loaded())).is_empty());
+}
+
+#[test]
+fn buttons_are_enabled_only_when_they_do_something() {
+    let empty = Session::new(Params::default(), SamplingOptions::default());
+    for verb in [Verb::Run, Verb::Pause, Verb::StepIteration, Verb::StepMerge, Verb::Reset, Verb::ExportCloud]
+    {
+        assert!(!empty.is_enabled(verb), "{verb:?} with nothing loaded");
+    }
+    let mut session = session();
+    assert!(session.is_enabled(Verb::Run) && session.is_enabled(Verb::StepMerge));
+    assert!(!session.is_enabled(Verb::Pause) && !session.is_enabled(Verb::Reset), "nothing has been done");
+    session.apply(Action::Verb(Verb::Run));
+    assert!(session.is_enabled(Verb::Pause) && !session.is_enabled(Verb::Run));
+    session.absorb(snapshot(&[1, 2], Phase::Finished, 30, vec![]));
+    session.absorb(Event::Activity(Activity::Idle));
+    assert!(session.is_enabled(Verb::Reset) && !session.is_enabled(Verb::StepIteration));
+    // A disabled verb does nothing, however it is asked for.
+    assert!(session.apply(Action::Verb(Verb::StepIteration)).is_empty());
+    session.absorb(Event::MergeStep(None));
+    assert!(!session.is_enabled(Verb::StepMerge), "none is left");
+    session.apply(Action::SetParams(Params::paper()));
+    assert!(session.is_enabled(Verb::StepMerge), "another rule may find a pair");
+}
+
+#[test]
+fn the_selection_follows_a_merge_and_forgets_the_dead() {
+    let mut session = session();
+    session.apply(Action::Select(Some(1)));
+    session.apply(Action::ToggleSelected(3));
+    session.apply(Action::SetPrimitiveVisible(3, false));
+    session.absorb(snapshot(&[2], Phase::Merging, 30, vec![Occurrence::Merged(merged(1, 2))]));
+    assert_eq!(session.selection, [2].into());
+    assert!(session.hidden.is_empty());
+    assert_eq!(session.selected_primitive().map(|p| p.id), Some(2));
+    session.absorb(Event::MergeStep(Some(merged(1, 2))));
+    assert_eq!(session.merge_text.as_deref(), Some("Merged 1 into 2: it fits"));
+}
+
+#[test]
+fn the_history_holds_all_states_of_one_run() {
+    let mut session = session();
+    for i in 1..=4 {
+        session.absorb(snapshot(&[1], Phase::Sampling, i, vec![]));
+    }
+    assert_eq!(session.history.entries().len(), 5);
+    let Event::Snapshot(first) = snapshot(&[1, 2], Phase::Start, 0, vec![]) else { unreachable!() };
+    session.absorb(Event::Snapshot(Arc::new(Snapshot { run: 2, ..(*first).clone() })));
+    assert_eq!(session.history.entries().len(), 1, "a reset starts a new history");
+}
+
+#[test]
+fn clusters_and_seed_wait_for_the_next_start() {
+    let mut session = session();
+    assert!(session.stale_start().is_none());
+    session.apply(Action::SetParams(Params { alpha: 3.0, ..session.params }));
+    assert!(session.stale_start().is_none(), "α is taken at once");
+    session.apply(Action::SetParams(Params { clusters: 7, ..session.params }));
+    assert_eq!(session.stale_start().map(|p| p.clusters), Some(30));
+    assert!(session.is_enabled(Verb::Reset), "a reset would take it");
+}
+
+#[test]
+fn framing_the_selection_looks_at_it() {
+    let mut session = session();
+    session.apply(Action::SetAspect(1.6));
+    session.apply(Action::Select(Some(3)));
+    session.apply(Action::Verb(Verb::FrameSelection));
+    let center = session.scene.point(&Point3::new(3.0, 0.0, 0.5));
+    assert!((session.camera.target - center).norm() < 1e-9);
+    let all = session.camera.distance;
+    session.apply(Action::Verb(Verb::FrameAll));
+    assert!(session.camera.distance > all);
+}

@@ -1,0 +1,242 @@
+//! The left panel: the shape, the run, its parameters.
+
+use egui::{DragValue, Grid, Label, RichText, Slider, Ui};
+
+use super::theme::{self, Palette};
+use super::widgets::{choice, count, divide, fact, length, primary_button, section, verb_button};
+use crate::inference::{MergeRule, Params};
+use crate::io::ShapeGeometry;
+use crate::session::Session;
+use crate::session::action::{Action, Verb};
+use crate::session::scene::extent_of;
+use crate::worker::{Pace, SamplingOptions};
+
+/// Width of the column of labels.
+const LABELS: f32 = 104.0;
+/// Width of an editable number.
+const NUMBER: f32 = 58.0;
+
+pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
+    shape(ui, session, actions);
+    divide(ui);
+    run(ui, session, actions);
+    divide(ui);
+    parameters(ui, session, actions);
+}
+
+fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
+    section(ui, "Shape");
+    let Some(loaded) = &session.loaded else {
+        ui.label(RichText::new("No shape is open").color(Palette::of(ui).weak));
+        verb_button(ui, session, Verb::Open, 0.0, actions);
+        return;
+    };
+    let name = ui.add(Label::new(RichText::new(&loaded.shape.name).heading()).truncate());
+    if let Some(path) = &loaded.shape.path {
+        name.on_hover_text(path.display().to_string());
+    }
+    Grid::new("shape facts").num_columns(2).min_col_width(LABELS).show(ui, |ui| {
+        match &loaded.shape.geometry {
+            ShapeGeometry::Mesh(mesh) => {
+                let text = format!("mesh, {} triangles", count(mesh.faces.len()));
+                fact(ui, "Input", &text).on_hover_text(format!("{} vertices", count(mesh.vertices.len())));
+            }
+            ShapeGeometry::Cloud(cloud) => {
+                fact(ui, "Input", &format!("cloud, {} points", count(cloud.points.len())));
+            }
+        }
+        let size = extent_of(&loaded.cloud.points);
+        let text = format!("{} × {} × {}", length(size.x), length(size.y), length(size.z));
+        fact(ui, "Size", &text).on_hover_text(format!("{text}, along x, y and z in the file's units"));
+    });
+    let mut sampling = session.sampling;
+    ui.horizontal(|ui| {
+        let label = labelled(ui, "Samples");
+        let used = count(loaded.cloud.points.len());
+        let (least, most) = SamplingOptions::POINTS;
+        ui.add(DragValue::new(&mut sampling.points).range(least..=most).speed(20.0))
+            .labelled_by(label)
+            .on_hover_text(format!(
+                "Number N of points on the surface that are clustered; {used} in this run"
+            ));
+        let label = ui.label(RichText::new("seed").color(Palette::of(ui).weak)).id;
+        ui.add(DragValue::new(&mut sampling.seed).speed(0.05))
+            .labelled_by(label)
+            .on_hover_text("Seed of the sampling");
+    });
+    if session.is_enabled(Verb::Resample) {
+        verb_button(ui, session, Verb::Resample, ui.available_width(), actions);
+    }
+    if sampling != session.sampling {
+        actions.push(Action::SetSampling(sampling));
+    }
+}
+
+fn run(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
+    section(ui, "Run");
+    let gap = ui.spacing().item_spacing.x;
+    let width = ui.available_width();
+    let half = (width - gap) / 2.0;
+    ui.horizontal(|ui| {
+        let verb = if session.is_enabled(Verb::Pause) { Verb::Pause } else { Verb::Run };
+        primary_button(ui, session, verb, half, actions);
+        verb_button(ui, session, Verb::Reset, half, actions);
+    });
+    ui.horizontal(|ui| {
+        ui.spacing_mut().button_padding.x = 4.0;
+        let third = (width - 2.0 * gap) / 3.0;
+        for (verb, more) in [(Verb::StepIteration, 10.0), (Verb::StepMerge, 0.0), (Verb::MergeAll, -10.0)] {
+            verb_button(ui, session, verb, third + more, actions);
+        }
+    });
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Pace").color(Palette::of(ui).weak))
+            .on_hover_text("At most so many steps a second, so that you can watch");
+        ui.spacing_mut().item_spacing.x = 3.0;
+        let width = (ui.available_width() - 9.0) / 4.0;
+        for (pace, text) in [
+            (Pace::PerSecond(5), "5/s"),
+            (Pace::PerSecond(10), "10/s"),
+            (Pace::PerSecond(30), "30/s"),
+            (Pace::Unlimited, "Max"),
+        ] {
+            if choice(ui, session.pace == pace, text, width) {
+                actions.push(Action::SetPace(pace));
+            }
+        }
+    });
+}
+
+fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
+    section(ui, "Parameters");
+    let mut p = session.params;
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Preset").color(Palette::of(ui).weak));
+        for verb in [Verb::DefaultPreset, Verb::PaperPreset] {
+            let on = !session.is_enabled(verb);
+            let button = egui::Button::selectable(on, verb.entry().text).frame_when_inactive(true);
+            if ui.add(button).on_hover_text(verb.entry().tooltip).clicked() {
+                actions.push(Action::Verb(verb));
+            }
+        }
+    });
+    Row {
+        label: "Concentration α",
+        tooltip: "α, the concentration of the Chinese Restaurant Process: the larger, the more \
+                  primitives are expected before a point is seen. Taken at the next iteration.",
+        logarithmic: true,
+    }
+    .show(ui, &mut p.alpha, Params::ALPHA);
+    Row {
+        label: "New cluster p0",
+        tooltip: "p0, the density that a new primitive gives to any point. The larger, the nearer a \
+                  point must lie to a primitive to stay with it. Taken at the next iteration.",
+        logarithmic: true,
+    }
+    .show(ui, &mut p.p0, Params::P0);
+    Row {
+        label: "Iterations T",
+        tooltip: "T, the number of Gibbs iterations of a run. Taken at the next iteration.",
+        logarithmic: true,
+    }
+    .show(ui, &mut p.iterations, Params::ITERATIONS);
+    Row {
+        label: "Clusters K",
+        tooltip: "K, the number of k-means clusters that a run starts with. Taken at the next start.",
+        logarithmic: true,
+    }
+    .show(ui, &mut p.clusters, Params::CLUSTERS);
+    ui.horizontal(|ui| {
+        let label = labelled(ui, "Seed");
+        ui.add(DragValue::new(&mut p.seed).speed(0.05).update_while_editing(false))
+            .labelled_by(label)
+            .on_hover_text(
+                "Seed of every random draw: the same seed, the same result. Taken at the next start.",
+            );
+    });
+    ui.horizontal(|ui| {
+        let label = labelled(ui, "Merging");
+        egui::ComboBox::from_id_salt("merge rule")
+            .selected_text(merge_text(p.merge))
+            .width(ui.available_width() - 8.0)
+            .show_ui(ui, |ui| {
+                for rule in [MergeRule::DescriptionLength, MergeRule::Paper, MergeRule::None] {
+                    ui.selectable_value(&mut p.merge, rule, merge_text(rule)).on_hover_text(match rule {
+                        MergeRule::DescriptionLength => {
+                            "First the pair whose merge shortens the description of the cloud most"
+                        }
+                        MergeRule::Paper => "The thresholds of the paper's authors, largest cluster first",
+                        MergeRule::None => "No merging; Step merge finds no pair",
+                    });
+                }
+            })
+            .response
+            .labelled_by(label)
+            .on_hover_text("The test by which two primitives become one");
+    });
+    ui.horizontal(|ui| {
+        ui.allocate_space(egui::vec2(LABELS, theme::ROW));
+        ui.checkbox(&mut p.freeze, "Freeze good fits").on_hover_text(
+            "Points of well fitted primitives keep their label in later sweeps: faster, as in the paper, \
+             but mistakes are kept too",
+        );
+    });
+    if let Some(start) = session.stale_start() {
+        let text = format!(
+            "K and seed are taken at the next start; this run has K = {}, seed {}.",
+            start.clusters, start.seed
+        );
+        ui.add(Label::new(RichText::new(text).small().color(Palette::of(ui).accent)).wrap());
+    }
+    if p != session.params {
+        actions.push(Action::SetParams(p));
+    }
+}
+
+/// A label of the width that all rows share; its id.
+fn labelled(ui: &mut Ui, text: &str) -> egui::Id {
+    let height = theme::ROW;
+    ui.allocate_ui_with_layout(
+        egui::vec2(LABELS, height),
+        egui::Layout::left_to_right(egui::Align::Center),
+        |ui| {
+            ui.set_min_size(egui::vec2(LABELS, height));
+            ui.label(RichText::new(text).color(Palette::of(ui).weak)).id
+        },
+    )
+    .inner
+}
+
+fn merge_text(rule: MergeRule) -> &'static str {
+    match rule {
+        MergeRule::None => "None",
+        MergeRule::Paper => "Paper's thresholds",
+        MergeRule::DescriptionLength => "Description length",
+    }
+}
+
+/// A parameter: its label, a slider and the number itself.
+struct Row {
+    label: &'static str,
+    tooltip: &'static str,
+    logarithmic: bool,
+}
+
+impl Row {
+    fn show<Num: egui::emath::Numeric>(&self, ui: &mut Ui, value: &mut Num, (low, high): (Num, Num)) {
+        ui.horizontal(|ui| {
+            let label = labelled(ui, self.label);
+            let gap = ui.spacing().item_spacing.x;
+            ui.spacing_mut().slider_width = (ui.available_width() - NUMBER - gap).max(40.0);
+            ui.add(Slider::new(value, low..=high).logarithmic(self.logarithmic).show_value(false))
+                .labelled_by(label)
+                .on_hover_text(self.tooltip);
+            let decimals = if Num::INTEGRAL { 0 } else { 6 };
+            let speed = if Num::INTEGRAL { 0.2 } else { value.to_f64().abs().max(1e-6) * 0.01 };
+            let number = DragValue::new(value).range(low..=high).speed(speed).max_decimals(decimals);
+            ui.add_sized([NUMBER, theme::ROW], number.update_while_editing(false))
+                .labelled_by(label)
+                .on_hover_text(self.tooltip);
+        });
+    }
+}

@@ -1,0 +1,206 @@
+//! Asking for a path: the system's dialog off the window's thread and, where
+//! there is none, a field to type the path into.
+
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
+use std::time::{Duration, Instant};
+
+use egui::{Context, Label, Modal, RichText, TextEdit};
+
+use super::theme::Palette;
+use crate::session::action::{Action, Export};
+
+/// A dialog that a person cancelled was open for longer.
+const TOO_FAST_FOR_A_PERSON: Duration = Duration::from_millis(60);
+
+/// What the path is for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Purpose {
+    Open,
+    Export(Export),
+    Screenshot,
+}
+
+impl Purpose {
+    fn title(self) -> &'static str {
+        match self {
+            Self::Open => "Open a shape",
+            Self::Export(Export::Cloud) => "Export the segmented cloud",
+            Self::Export(Export::Primitives) => "Export the primitives",
+            Self::Screenshot => "Save a screenshot",
+        }
+    }
+
+    fn button(self) -> &'static str {
+        if self == Self::Open { "Open" } else { "Save" }
+    }
+
+    /// Name of the file kind and its extensions.
+    fn filter(self) -> (&'static str, &'static [&'static str]) {
+        match self {
+            Self::Open => ("Meshes and point clouds", &["obj", "ply", "xyz", "txt"]),
+            Self::Export(Export::Cloud) => ("Segmented cloud", &["ply"]),
+            Self::Export(Export::Primitives) => ("Primitives", &["json"]),
+            Self::Screenshot => ("Picture", &["png"]),
+        }
+    }
+
+    fn action(self, path: PathBuf) -> Action {
+        match self {
+            Self::Open => Action::OpenFile(path),
+            Self::Export(export) => Action::Export(export, path),
+            Self::Screenshot => Action::SaveScreenshot(path),
+        }
+    }
+}
+
+/// A dialog of the system that is open.
+#[derive(Debug)]
+struct Pending {
+    purpose: Purpose,
+    suggestion: String,
+    asked: Instant,
+    answer: Receiver<Option<PathBuf>>,
+}
+
+/// The field to type a path into.
+#[derive(Debug)]
+struct Prompt {
+    purpose: Purpose,
+    text: String,
+    reason: Option<&'static str>,
+    is_new: bool,
+}
+
+#[derive(Debug)]
+pub(super) struct Dialogs {
+    /// Whether the system is asked at all.
+    system: bool,
+    pending: Option<Pending>,
+    prompt: Option<Prompt>,
+}
+
+impl Dialogs {
+    pub(super) fn new(system: bool) -> Self {
+        Self { system, pending: None, prompt: None }
+    }
+
+    /// Asks for a path; a file that is to be written is suggested as `name`.
+    pub(super) fn ask(&mut self, ctx: &Context, purpose: Purpose, name: &str) {
+        if self.pending.is_some() || self.prompt.is_some() {
+            return;
+        }
+        let suggestion = match purpose {
+            Purpose::Open => String::new(),
+            Purpose::Export(Export::Cloud) => format!("{name}-segmented.ply"),
+            Purpose::Export(Export::Primitives) => format!("{name}-primitives.json"),
+            Purpose::Screenshot => format!("{name}.png"),
+        };
+        if !self.system {
+            self.prompt = Some(Prompt { purpose, text: suggestion, reason: None, is_new: true });
+            return;
+        }
+        let (kind, extensions) = purpose.filter();
+        let dialog = rfd::AsyncFileDialog::new().set_title(purpose.title()).add_filter(kind, extensions);
+        let (sender, answer) = sync_channel(1);
+        let ctx = ctx.clone();
+        let wait = move |future: std::pin::Pin<Box<dyn Future<Output = Option<rfd::FileHandle>> + Send>>| {
+            let path = pollster::block_on(future).map(|handle| handle.path().to_owned());
+            // The window may have been closed meanwhile: then nobody wants to know.
+            let _ = sender.send(path);
+            ctx.request_repaint();
+        };
+        // The dialog is made here, because some systems insist on the window's thread, and awaited there.
+        let future: std::pin::Pin<Box<dyn Future<Output = Option<rfd::FileHandle>> + Send>> =
+            if purpose == Purpose::Open {
+                Box::pin(dialog.pick_file())
+            } else {
+                Box::pin(dialog.set_file_name(&suggestion).save_file())
+            };
+        match std::thread::Builder::new().name("file dialog".to_owned()).spawn(move || wait(future)) {
+            Ok(_) => {
+                let asked = Instant::now();
+                self.pending = Some(Pending { purpose, suggestion, asked, answer });
+            }
+            Err(error) => {
+                tracing::warn!("no thread for the file dialog: {error}");
+                let reason = Some("The system's file dialog could not be opened.");
+                self.prompt = Some(Prompt { purpose, text: suggestion, reason, is_new: true });
+            }
+        }
+    }
+
+    pub(super) fn show(&mut self, ctx: &Context, actions: &mut Vec<Action>) {
+        self.receive(actions);
+        self.show_prompt(ctx, actions);
+    }
+
+    fn receive(&mut self, actions: &mut Vec<Action>) {
+        let Some(pending) = &self.pending else { return };
+        let answer = match pending.answer.try_recv() {
+            Ok(answer) => answer,
+            Err(TryRecvError::Empty) => return,
+            Err(TryRecvError::Disconnected) => None,
+        };
+        let at_once = pending.asked.elapsed() < TOO_FAST_FOR_A_PERSON;
+        let Some(pending) = self.pending.take() else { return };
+        match answer {
+            Some(path) => actions.push(pending.purpose.action(path)),
+            None if at_once => {
+                let reason = Some("The system offers no file dialog here (no desktop portal answered).");
+                let (purpose, text) = (pending.purpose, pending.suggestion);
+                self.prompt = Some(Prompt { purpose, text, reason, is_new: true });
+            }
+            None => {}
+        }
+    }
+
+    fn show_prompt(&mut self, ctx: &Context, actions: &mut Vec<Action>) {
+        let Some(prompt) = &mut self.prompt else { return };
+        let mut done = false;
+        let frame = egui::Frame::popup(&ctx.global_style()).inner_margin(14.0);
+        let response = Modal::new(egui::Id::unique("path prompt")).frame(frame).show(ctx, |ui| {
+            ui.set_width(420.0);
+            ui.heading(prompt.purpose.title());
+            ui.add_space(4.0);
+            if let Some(reason) = prompt.reason {
+                let text = if prompt.purpose == Purpose::Open {
+                    format!("{reason} Type the path of the file, or drop the file onto the window.")
+                } else {
+                    format!("{reason} Type the path of the file.")
+                };
+                ui.add(Label::new(RichText::new(text).color(Palette::of(ui).weak)).wrap());
+                ui.add_space(4.0);
+            }
+            let label = ui.label("Path of the file").id;
+            let field = TextEdit::singleline(&mut prompt.text).desired_width(f32::INFINITY);
+            let field = ui.add(field).labelled_by(label);
+            if std::mem::take(&mut prompt.is_new) {
+                field.request_focus();
+            }
+            let entered = field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+            ui.add_space(8.0);
+            ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+                let path = prompt.text.trim();
+                let button = egui::Button::new(prompt.purpose.button());
+                let pressed = ui.add_enabled(!path.is_empty(), button).clicked();
+                if (pressed || entered) && !path.is_empty() {
+                    actions.push(prompt.purpose.action(expand(path)));
+                    done = true;
+                }
+                done |= ui.button("Cancel").clicked();
+            });
+        });
+        if done || response.should_close() {
+            self.prompt = None;
+        }
+    }
+}
+
+/// A path as typed: `~/` is the home folder.
+fn expand(path: &str) -> PathBuf {
+    match (path.strip_prefix("~/"), std::env::home_dir()) {
+        (Some(rest), Some(home)) => home.join(rest),
+        _ => PathBuf::from(path),
+    }
+}

@@ -1,0 +1,64 @@
+//! From egui's key events to verbs.
+
+use crate::session::Session;
+use crate::session::action::{Action, Key, Shortcut, Verb};
+
+/// The verbs whose shortcuts were pressed in this frame and that would do
+/// something. Typing into a field presses none.
+pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<Action>) {
+    if ctx.text_edit_focused() {
+        return;
+    }
+    // Space and Escape belong to a widget that was reached by the keyboard.
+    let focused = ctx.memory(|memory| memory.focused().is_some());
+    ctx.input(|input| {
+        for event in &input.events {
+            let egui::Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event else {
+                continue;
+            };
+            let Some(key) = translate(*key) else { continue };
+            if focused && matches!(key, Key::Space | Key::Escape) {
+                continue;
+            }
+            let shortcut =
+                Shortcut { ctrl: modifiers.command, shift: modifiers.shift, alt: modifiers.alt, key };
+            let verb = Verb::ALL
+                .iter()
+                .find(|verb| verb.entry().shortcut == Some(shortcut) && session.is_enabled(**verb));
+            actions.extend(verb.map(|verb| Action::Verb(*verb)));
+        }
+    });
+}
+
+fn translate(key: egui::Key) -> Option<Key> {
+    Some(match key {
+        egui::Key::Home => Key::Home,
+        egui::Key::Space => Key::Space,
+        egui::Key::Escape => Key::Escape,
+        egui::Key::Backspace => Key::Backspace,
+        other => {
+            let name = other.name();
+            let mut letters = name.chars();
+            match (letters.next(), letters.as_str()) {
+                (Some(letter), "") => Key::Char(letter.to_ascii_uppercase()),
+                (Some('F'), number) => Key::Function(number.parse().ok()?),
+                _ => return None,
+            }
+        }
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_shortcut_can_be_typed() {
+        let keys: Vec<Key> = egui::Key::ALL.iter().filter_map(|key| translate(*key)).collect();
+        for verb in Verb::ALL {
+            if let Some(shortcut) = verb.entry().shortcut {
+                assert!(keys.contains(&shortcut.key), "{verb:?}: no key gives {shortcut}");
+            }
+        }
+    }
+}

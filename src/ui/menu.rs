@@ -1,0 +1,82 @@
+//! The menu bar.
+
+use egui::{MenuBar, Ui};
+
+use super::widgets::menu_item;
+use crate::session::Session;
+use crate::session::action::{Action, Verb};
+use crate::session::scene::UpAxis;
+use crate::session::view::{Layer, ThemeChoice};
+
+pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
+    MenuBar::new().ui(ui, |ui| {
+        ui.menu_button("File", |ui| {
+            for verb in [Verb::Open, Verb::OpenBuiltIn] {
+                menu_item(ui, session, verb, actions);
+            }
+            ui.separator();
+            for verb in [Verb::ExportCloud, Verb::ExportPrimitives, Verb::SaveScreenshot] {
+                menu_item(ui, session, verb, actions);
+            }
+            ui.separator();
+            menu_item(ui, session, Verb::Quit, actions);
+        });
+        ui.menu_button("Sampler", |ui| {
+            for verb in [Verb::Run, Verb::Pause, Verb::StepIteration, Verb::StepMerge, Verb::MergeAll] {
+                menu_item(ui, session, verb, actions);
+            }
+            ui.separator();
+            menu_item(ui, session, Verb::Reset, actions);
+        });
+        ui.menu_button("View", |ui| {
+            for verb in [Verb::FrameAll, Verb::FrameSelection] {
+                menu_item(ui, session, verb, actions);
+            }
+            ui.menu_button("Look from", |ui| {
+                for verb in [
+                    Verb::ViewFront,
+                    Verb::ViewBack,
+                    Verb::ViewRight,
+                    Verb::ViewLeft,
+                    Verb::ViewTop,
+                    Verb::ViewBottom,
+                ] {
+                    menu_item(ui, session, verb, actions);
+                }
+            });
+            menu_item(ui, session, Verb::ToggleOrthographic, actions);
+            ui.menu_button("Up axis", |ui| {
+                for (axis, text) in [(UpAxis::Y, "Y is up"), (UpAxis::Z, "Z is up")] {
+                    if ui.radio(session.view.up == axis, text).clicked() {
+                        actions.push(Action::SetUpAxis(axis));
+                        ui.close();
+                    }
+                }
+            });
+            ui.separator();
+            ui.menu_button("Layers", |ui| {
+                for layer in Layer::ALL {
+                    let mut shown = session.view.shows(layer);
+                    if ui.checkbox(&mut shown, layer.text()).clicked() {
+                        actions.push(Action::SetLayer(layer, shown));
+                    }
+                }
+            });
+            for verb in [Verb::HideSelected, Verb::ShowAll, Verb::Deselect] {
+                menu_item(ui, session, verb, actions);
+            }
+            ui.separator();
+            ui.menu_button("Theme", |ui| {
+                for choice in ThemeChoice::ALL {
+                    menu_item(ui, session, choice.into(), actions);
+                }
+            });
+            menu_item(ui, session, Verb::ToggleLog, actions);
+        });
+        ui.menu_button("Help", |ui| {
+            for verb in [Verb::ShowShortcuts, Verb::ShowAbout] {
+                menu_item(ui, session, verb, actions);
+            }
+        });
+    });
+}

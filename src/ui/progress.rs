@@ -1,0 +1,212 @@
+//! Under the viewport: how far the run is, and K and the mean error of every
+//! step; at the very bottom the status line.
+
+use egui::{Color32, Layout, ProgressBar, RichText, Ui, vec2};
+use egui_plot::{GridMark, Line, Plot, PlotPoints, VLine};
+
+use super::theme::Palette;
+use super::widgets::{count, length};
+use crate::inference::Phase;
+use crate::session::Session;
+use crate::session::history::Entry;
+use crate::worker::Activity;
+
+/// Height of a plot.
+const PLOT: f32 = 76.0;
+
+pub(super) fn show(ui: &mut Ui, session: &Session) {
+    ui.horizontal(|ui| {
+        let iteration = session.snapshot.as_ref().map_or(0, |s| s.abstraction.iteration);
+        let total = session.params.iterations;
+        let done = f64::from(iteration) / f64::from(total.max(1));
+        let bar = ProgressBar::new(done.clamp(0.0, 1.0) as f32)
+            .desired_width(130.0)
+            .desired_height(8.0)
+            .fill(Palette::of(ui).accent);
+        let text = format!("Iteration {iteration} of {total}");
+        ui.add(bar).on_hover_text(&text);
+        ui.label(text);
+    });
+    ui.add_space(2.0);
+    let entries = session.history.entries();
+    let gap = ui.spacing().item_spacing.x + 8.0;
+    let width = (ui.available_width() - gap) / 2.0;
+    ui.horizontal(|ui| {
+        let k = Curve {
+            id: "plot of K",
+            title: "Primitives K",
+            now: entries.last().map(|e| count(e.clusters)),
+            value: |e| e.clusters as f64,
+            least_span: 4.0,
+        };
+        k.show(ui, session, width);
+        ui.add_space(gap - ui.spacing().item_spacing.x);
+        let error = Curve {
+            id: "plot of the mean error",
+            title: "Mean error",
+            now: entries.last().map(|e| length(e.mean_distance)),
+            value: |e| e.mean_distance,
+            least_span: 0.0,
+        };
+        error.show(ui, session, width);
+    });
+}
+
+/// One small plot over the steps of the run.
+struct Curve {
+    id: &'static str,
+    title: &'static str,
+    now: Option<String>,
+    value: fn(&Entry) -> f64,
+    /// The y axis shows at least this much.
+    least_span: f64,
+}
+
+impl Curve {
+    fn show(self, ui: &mut Ui, session: &Session, width: f32) {
+        let palette = Palette::of(ui);
+        let entries = session.history.entries();
+        ui.vertical(|ui| {
+            ui.set_width(width);
+            ui.horizontal(|ui| {
+                ui.label(RichText::new(self.title).small().color(palette.weak));
+                ui.with_layout(Layout::right_to_left(egui::Align::Center), |ui| {
+                    ui.label(RichText::new(self.now.as_deref().unwrap_or("–")).small().strong());
+                });
+            });
+            let value = self.value;
+            let points: Vec<[f64; 2]> = entries
+                .iter()
+                .enumerate()
+                .map(|(i, entry)| [i as f64, value(entry)])
+                .filter(|[_, y]| y.is_finite())
+                .collect();
+            let top = points.iter().map(|p| p[1]).fold(self.least_span, f64::max);
+            let last = (session.params.iterations as usize).max(entries.len()) as f64;
+            // Merges come after the iteration they belong to: the marks say where.
+            let merges: Vec<f64> = entries
+                .windows(2)
+                .enumerate()
+                .filter(|(_, pair)| pair[0].iteration == pair[1].iteration)
+                .map(|(i, _)| (i + 1) as f64)
+                .collect();
+            let rows: Vec<Entry> = entries.to_vec();
+            Plot::new(self.id)
+                .height(PLOT)
+                .width(width)
+                .allow_drag(false)
+                .allow_zoom(false)
+                .allow_scroll(false)
+                .allow_boxed_zoom(false)
+                .allow_double_click_reset(false)
+                .show_axes([false, true])
+                .show_grid([false, true])
+                .show_background(false)
+                .y_axis_min_width(34.0)
+                .y_grid_spacer(move |_| marks(top))
+                .y_axis_formatter(|mark, _| axis_number(mark.value))
+                .include_x(0.0)
+                .include_x(last)
+                .include_y(0.0)
+                .include_y(if top > 0.0 { 1.08 * top } else { 1.0 })
+                .label_formatter(move |position| {
+                    let step = match position {
+                        egui_plot::HoverPosition::NearDataPoint { position, .. }
+                        | egui_plot::HoverPosition::Elsewhere { position } => position.x.round(),
+                    };
+                    let entry = (step >= 0.0).then(|| rows.get(step as usize)).flatten()?;
+                    Some(format!(
+                        "Iteration {}\nK {}\nMean error {}",
+                        entry.iteration,
+                        entry.clusters,
+                        length(entry.mean_distance)
+                    ))
+                })
+                .show(ui, |plot| {
+                    for x in merges {
+                        plot.vline(
+                            VLine::new("merge", x).color(faint(palette.weak)).width(1.0).allow_hover(false),
+                        );
+                    }
+                    plot.line(
+                        Line::new(self.title, PlotPoints::from(points)).color(palette.accent).width(1.8),
+                    );
+                });
+        });
+    }
+}
+
+/// Marks at 0 and at one or two round values below `top`.
+fn marks(top: f64) -> Vec<GridMark> {
+    if !(top.is_finite() && top > 0.0) {
+        return Vec::new();
+    }
+    // The smallest of 1, 2, 5, 10 times a power of ten that leaves room for the numbers.
+    let power = 10_f64.powf(top.log10().floor() - 1.0);
+    let step = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0].map(|n| n * power).into_iter().find(|s| top / s < 2.5);
+    let Some(step) = step else { return Vec::new() };
+    (0..=(top / step) as usize).map(|i| GridMark { value: i as f64 * step, step_size: step }).collect()
+}
+
+fn faint(color: Color32) -> Color32 {
+    color.gamma_multiply(0.3)
+}
+
+/// As short as an axis needs.
+fn axis_number(value: f64) -> String {
+    if value == 0.0 {
+        "0".to_owned()
+    } else if value.abs() >= 1e4 || value.abs() < 1e-3 {
+        format!("{value:.0e}")
+    } else {
+        format!("{}", (value * 1e4).round() / 1e4)
+    }
+}
+
+pub(super) fn status(ui: &mut Ui, session: &Session) {
+    let palette = Palette::of(ui);
+    ui.horizontal(|ui| {
+        let (dot, text) = match session.activity {
+            Activity::Loading => (palette.accent, "Loading"),
+            Activity::Running => (palette.good, "Running"),
+            Activity::Merging => (palette.good, "Merging"),
+            Activity::Writing => (palette.accent, "Writing"),
+            Activity::Idle => match session.phase() {
+                None => (palette.weak, "No shape"),
+                Some(Phase::Start) => (palette.weak, "Ready"),
+                Some(Phase::Sampling | Phase::Merging) => (palette.weak, "Paused"),
+                Some(Phase::Finished) => (palette.good, "Finished"),
+            },
+        };
+        let (rect, _) = ui.allocate_exact_size(vec2(8.0, 8.0), egui::Sense::hover());
+        ui.painter().circle_filled(rect.center(), 4.0, dot);
+        ui.label(text);
+        if let (Some(snapshot), Some(loaded)) = (&session.snapshot, &session.loaded) {
+            let figures = snapshot.abstraction.figures;
+            let seconds = snapshot.elapsed.as_secs_f64();
+            let primitives = if figures.clusters == 1 { "primitive" } else { "primitives" };
+            for (text, tooltip) in [
+                (format!("{} {primitives}", count(figures.clusters)), "Primitives in the present state"),
+                (
+                    format!(
+                        "{} of {} unassigned",
+                        count(figures.unassigned),
+                        count(loaded.cloud.points.len())
+                    ),
+                    "Samples that belong to no primitive",
+                ),
+                (
+                    format!("mean error {}", length(figures.mean_distance)),
+                    "Mean distance of the assigned samples to their primitive, in the file's units",
+                ),
+                (
+                    format!("{seconds:.2} s"),
+                    "Computing time of this run; pauses and the pace are not counted",
+                ),
+            ] {
+                ui.separator();
+                ui.label(RichText::new(text).color(palette.weak)).on_hover_text(tooltip);
+            }
+        }
+    });
+}

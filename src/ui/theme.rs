@@ -1,0 +1,178 @@
+//! Colours, type scale and spacing. No colour is named anywhere else in `ui`.
+
+use egui::{
+    Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, Style, TextStyle, Theme, Visuals, vec2,
+};
+
+use crate::render::SceneTheme;
+use crate::session::view::ThemeChoice;
+
+/// Height of a row of controls.
+pub(super) const ROW: f32 = 22.0;
+/// Space between sections.
+pub(super) const SECTION_GAP: f32 = 10.0;
+
+/// Colours that egui's visuals have no name for.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Palette {
+    pub(super) accent: Color32,
+    /// Text on `accent`.
+    pub(super) on_accent: Color32,
+    /// Secondary text.
+    pub(super) weak: Color32,
+    pub(super) good: Color32,
+    pub(super) error: Color32,
+    /// What floats above the viewport.
+    pub(super) overlay: Color32,
+    pub(super) axes: [Color32; 3],
+}
+
+const DARK: Palette = Palette {
+    accent: Color32::from_rgb(86, 156, 230),
+    on_accent: Color32::from_rgb(12, 18, 26),
+    weak: Color32::from_rgb(148, 156, 168),
+    good: Color32::from_rgb(84, 190, 130),
+    error: Color32::from_rgb(240, 108, 96),
+    overlay: Color32::from_rgb(37, 41, 47),
+    axes: [Color32::from_rgb(236, 98, 96), Color32::from_rgb(126, 196, 92), Color32::from_rgb(92, 146, 240)],
+};
+
+const LIGHT: Palette = Palette {
+    accent: Color32::from_rgb(28, 104, 188),
+    on_accent: Color32::from_rgb(255, 255, 255),
+    weak: Color32::from_rgb(94, 102, 114),
+    good: Color32::from_rgb(24, 132, 76),
+    error: Color32::from_rgb(190, 44, 36),
+    overlay: Color32::from_rgb(252, 253, 254),
+    axes: [Color32::from_rgb(206, 52, 52), Color32::from_rgb(62, 138, 34), Color32::from_rgb(40, 92, 206)],
+};
+
+impl Palette {
+    pub(super) fn of(ui: &egui::Ui) -> Self {
+        if ui.visuals().dark_mode { DARK } else { LIGHT }
+    }
+}
+
+/// The viewport's colours for the present theme.
+pub(super) fn scene(ui: &egui::Ui) -> SceneTheme {
+    if ui.visuals().dark_mode { SceneTheme::dark() } else { SceneTheme::light() }
+}
+
+/// The colour of a primitive.
+pub(super) fn data_color([r, g, b]: [u8; 3]) -> Color32 {
+    Color32::from_rgb(r, g, b)
+}
+
+/// Sets both themes up, once.
+pub(super) fn install(ctx: &egui::Context) {
+    ctx.style_mut_of(Theme::Dark, |style| {
+        layout(style);
+        style.visuals = visuals(
+            Visuals::dark(),
+            DARK,
+            [Color32::from_rgb(29, 32, 37), Color32::from_rgb(22, 24, 28), Color32::from_rgb(46, 51, 58)],
+            Color32::from_rgb(214, 219, 226),
+            Color32::from_rgb(56, 62, 70),
+        );
+    });
+    ctx.style_mut_of(Theme::Light, |style| {
+        layout(style);
+        style.visuals = visuals(
+            Visuals::light(),
+            LIGHT,
+            [
+                Color32::from_rgb(243, 245, 247),
+                Color32::from_rgb(255, 255, 255),
+                Color32::from_rgb(224, 229, 235),
+            ],
+            Color32::from_rgb(32, 38, 46),
+            Color32::from_rgb(205, 211, 219),
+        );
+    });
+}
+
+/// Follows the choice.
+pub(super) fn choose(ctx: &egui::Context, choice: ThemeChoice) {
+    let preference = match choice {
+        ThemeChoice::System => egui::ThemePreference::System,
+        ThemeChoice::Light => egui::ThemePreference::Light,
+        ThemeChoice::Dark => egui::ThemePreference::Dark,
+    };
+    if ctx.options(|o| o.theme_preference) != preference {
+        ctx.set_theme(preference);
+        // This frame's style was taken before.
+        ctx.request_repaint();
+    }
+}
+
+fn layout(style: &mut Style) {
+    let font = |size| FontId::new(size, FontFamily::Proportional);
+    style.text_styles = [
+        (TextStyle::Heading, font(15.0)),
+        (TextStyle::Body, font(13.0)),
+        (TextStyle::Button, font(13.0)),
+        (TextStyle::Small, font(11.0)),
+        (TextStyle::Monospace, FontId::new(12.0, FontFamily::Monospace)),
+    ]
+    .into();
+    let spacing = &mut style.spacing;
+    spacing.item_spacing = vec2(6.0, 4.0);
+    spacing.button_padding = vec2(8.0, 3.0);
+    spacing.interact_size = vec2(34.0, ROW);
+    spacing.menu_margin = Margin::same(6);
+    spacing.window_margin = Margin::same(12);
+    spacing.slider_rail_height = 4.0;
+    spacing.icon_width = 15.0;
+    spacing.combo_width = 80.0;
+    spacing.tooltip_width = 320.0;
+    spacing.scroll = egui::style::ScrollStyle::thin();
+    style.interaction.tooltip_delay = 0.4;
+    style.interaction.selectable_labels = false;
+    style.animation_time = 0.08;
+}
+
+fn visuals(
+    mut v: Visuals,
+    palette: Palette,
+    [panel, sunken, raised]: [Color32; 3],
+    text: Color32,
+    line: Color32,
+) -> Visuals {
+    v.panel_fill = panel;
+    v.window_fill = palette.overlay;
+    v.window_stroke = Stroke::new(1.0, line);
+    v.window_corner_radius = CornerRadius::same(6);
+    v.menu_corner_radius = CornerRadius::same(5);
+    v.extreme_bg_color = sunken;
+    v.faint_bg_color = raised.gamma_multiply(0.5);
+    v.weak_text_color = Some(palette.weak);
+    v.hyperlink_color = palette.accent;
+    v.error_fg_color = palette.error;
+    v.slider_trailing_fill = true;
+    v.selection.bg_fill = palette.accent.gamma_multiply(if v.dark_mode { 0.38 } else { 0.24 });
+    v.selection.stroke = Stroke::new(1.0, if v.dark_mode { Color32::WHITE } else { text });
+    v.disabled_alpha = 0.42;
+
+    let radius = CornerRadius::same(4);
+    let w = &mut v.widgets;
+    w.noninteractive.bg_fill = panel;
+    w.noninteractive.bg_stroke = Stroke::new(1.0, line);
+    w.noninteractive.fg_stroke = Stroke::new(1.0, text);
+    w.inactive.fg_stroke = Stroke::new(1.0, text);
+    for state in [&mut w.inactive, &mut w.hovered, &mut w.active, &mut w.open] {
+        state.corner_radius = radius;
+        state.bg_fill = raised;
+        state.weak_bg_fill = raised;
+        state.bg_stroke = Stroke::NONE;
+        state.expansion = 0.0;
+    }
+    let lift = |amount: f32| raised.lerp_to_gamma(text, amount);
+    w.hovered.weak_bg_fill = lift(0.1);
+    w.hovered.bg_fill = lift(0.14);
+    w.hovered.bg_stroke = Stroke::new(1.0, lift(0.22));
+    w.active.weak_bg_fill = lift(0.2);
+    w.active.bg_fill = palette.accent;
+    w.open.weak_bg_fill = lift(0.12);
+    w.noninteractive.corner_radius = radius;
+    v
+}

@@ -1,0 +1,186 @@
+//! Small parts that the panels share.
+
+use egui::{Button, Color32, Response, RichText, Role, Sense, Ui, WidgetInfo, vec2};
+
+use super::theme::{self, Palette};
+use crate::session::Session;
+use crate::session::action::{Action, Verb};
+
+/// The heading of a section in a panel.
+pub(super) fn section(ui: &mut Ui, title: &str) {
+    ui.add_space(2.0);
+    ui.label(RichText::new(title).strong());
+    ui.add_space(2.0);
+}
+
+/// A line between two sections.
+pub(super) fn divide(ui: &mut Ui) {
+    ui.add_space(theme::SECTION_GAP * 0.5);
+    ui.separator();
+    ui.add_space(theme::SECTION_GAP * 0.2);
+}
+
+/// The tooltip of a verb with its shortcut.
+pub(super) fn tooltip(verb: Verb) -> String {
+    let entry = verb.entry();
+    match entry.shortcut {
+        Some(shortcut) => format!("{} ({shortcut})", entry.tooltip),
+        None => entry.tooltip.to_owned(),
+    }
+}
+
+/// A button that does the verb; grey while it would do nothing.
+pub(super) fn verb_button(ui: &mut Ui, session: &Session, verb: Verb, width: f32, actions: &mut Vec<Action>) {
+    let button = Button::new(verb.entry().text).min_size(vec2(width, theme::ROW));
+    add_verb(ui, session, verb, button, actions);
+}
+
+/// The same in the accent colour, for what a person most likely wants.
+pub(super) fn primary_button(
+    ui: &mut Ui,
+    session: &Session,
+    verb: Verb,
+    width: f32,
+    actions: &mut Vec<Action>,
+) {
+    let palette = Palette::of(ui);
+    let text = RichText::new(verb.entry().text).color(palette.on_accent).strong();
+    let button = Button::new(text).fill(palette.accent).min_size(vec2(width, theme::ROW));
+    add_verb(ui, session, verb, button, actions);
+}
+
+fn add_verb(ui: &mut Ui, session: &Session, verb: Verb, button: Button<'_>, actions: &mut Vec<Action>) {
+    let response = ui.add_enabled(session.is_enabled(verb), button);
+    let text = tooltip(verb);
+    if response.on_hover_text(&text).on_disabled_hover_text(&text).clicked() {
+        actions.push(Action::Verb(verb));
+    }
+}
+
+/// An entry of a menu, with its shortcut and, for what can be on, a mark.
+pub(super) fn menu_item(ui: &mut Ui, session: &Session, verb: Verb, actions: &mut Vec<Action>) {
+    let entry = verb.entry();
+    let mut button = match session.is_on(verb) {
+        Some(on) => Button::selectable(on, entry.text),
+        None => Button::new(entry.text),
+    };
+    if let Some(shortcut) = entry.shortcut {
+        button = button.shortcut_text(shortcut.to_string());
+    }
+    let response = ui.add_enabled(session.is_enabled(verb), button).on_hover_text(entry.tooltip);
+    if response.clicked() {
+        actions.push(Action::Verb(verb));
+        ui.close();
+    }
+}
+
+/// One of several choices in a row; whether it was chosen.
+pub(super) fn choice(ui: &mut Ui, on: bool, text: &str, width: f32) -> bool {
+    ui.spacing_mut().button_padding.x = 3.0;
+    let button = Button::selectable(on, text).min_size(vec2(width, theme::ROW)).frame_when_inactive(true);
+    ui.add(button).clicked()
+}
+
+/// An eye that is open or shut; `label` says of what. Returns whether it was
+/// pressed.
+pub(super) fn eye(ui: &mut Ui, open: bool, label: &str) -> Response {
+    let (rect, response) = ui.allocate_exact_size(vec2(theme::ROW, theme::ROW), Sense::click());
+    let enabled = ui.is_enabled();
+    response.widget_info(|| WidgetInfo::selected(Role::CheckBox, enabled, open, label));
+    if ui.is_rect_visible(rect) {
+        let color = if response.hovered() || response.has_focus() {
+            ui.visuals().strong_text_color()
+        } else if open {
+            ui.visuals().text_color()
+        } else {
+            Palette::of(ui).weak.gamma_multiply(0.7)
+        };
+        paint_eye(ui, rect.center(), open, color);
+    }
+    response.on_hover_text(format!("{} {}", if open { "Hide" } else { "Show" }, lower_first(label)))
+}
+
+/// Fonts differ in their eyes, and some have none: two arcs and a pupil.
+fn paint_eye(ui: &Ui, center: egui::Pos2, open: bool, color: Color32) {
+    let stroke = egui::Stroke::new(1.3, color);
+    let (half, lift) = (6.5, 4.2);
+    let arc = |sign: f32| -> Vec<egui::Pos2> {
+        (0..=12)
+            .map(|i| {
+                let t = i as f32 / 6.0 - 1.0;
+                center + vec2(t * half, sign * lift * (1.0 - t * t))
+            })
+            .collect()
+    };
+    let painter = ui.painter();
+    if open {
+        painter.line(arc(-1.0), stroke);
+        painter.line(arc(1.0), stroke);
+        painter.circle_filled(center, 2.1, color);
+    } else {
+        painter.line(arc(1.0), stroke);
+        for t in [-0.62_f32, 0.0, 0.62] {
+            let foot = center + vec2(t * half, lift * (1.0 - t * t));
+            painter.line_segment([foot, foot + vec2(t * 2.5, 2.6)], stroke);
+        }
+    }
+}
+
+fn lower_first(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+}
+
+/// A number with thin groups of thousands: `12 345`.
+pub(super) fn count(n: usize) -> String {
+    let digits = n.to_string();
+    let mut grouped = String::with_capacity(digits.len() * 4 / 3);
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i) % 3 == 0 {
+            grouped.push(',');
+        }
+        grouped.push(digit);
+    }
+    grouped
+}
+
+/// A length with four significant digits, in powers of ten where it is very
+/// large or small; `–` where it is not a number.
+pub(super) fn length(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    let size = value.abs();
+    if size != 0.0 && !(1e-3..1e5).contains(&size) {
+        return format!("{value:.2e}");
+    }
+    let before = if size >= 1.0 { size.log10().floor() as usize + 1 } else { 1 };
+    format!("{value:.*}", 4_usize.saturating_sub(before).max(if size < 1.0 { 4 } else { 0 }))
+}
+
+/// A label on the left, a value on the right, for a grid of two columns.
+pub(super) fn fact(ui: &mut Ui, label: &str, value: &str) -> Response {
+    ui.label(RichText::new(label).color(Palette::of(ui).weak));
+    let response = ui.add(egui::Label::new(value).truncate());
+    ui.end_row();
+    response
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_stay_short_at_any_size() {
+        assert_eq!(count(1), "1");
+        assert_eq!(count(1_234_567), "1,234,567");
+        assert_eq!(length(0.0), "0.0000");
+        assert_eq!(length(1.23456), "1.235");
+        assert_eq!(length(123.456), "123.5");
+        assert_eq!(length(12345.6), "12346");
+        assert_eq!(length(f64::NAN), "–");
+        for exponent in -30..30 {
+            assert!(length(-1.23456789 * 10_f64.powi(exponent)).len() <= 9);
+        }
+    }
+}

@@ -1,0 +1,324 @@
+//! The thread's promises, kept with a machine that stalls or panics on demand.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::time::{Duration, Instant};
+
+use super::machine::Machine;
+use super::*;
+use crate::geometry::SampleCloud;
+use crate::inference::{
+    Abstraction, Cancel, Figures, InferenceError, MergeReport, Occurrence, Params, Phase, UNASSIGNED,
+};
+
+/// Longer than anything here takes; reached only by a failing test.
+const PATIENCE: Duration = Duration::from_secs(20);
+/// The seed tells the scripted machine how to behave.
+const WELL_BEHAVED: u64 = 1;
+const PANICS_AT_THIRD: u64 = 2;
+const STALLS_AT_THIRD: u64 = 10;
+const MERGES_LEFT: u32 = 3;
+
+/// Whether a machine of this seed is inside a step that only cancelling ends.
+static STALLED: [AtomicBool; 20] = [const { AtomicBool::new(false) }; 20];
+
+/// Counts instead of sampling.
+#[derive(Debug, Clone)]
+struct Scripted {
+    points: usize,
+    params: Params,
+    iteration: u32,
+    merges: u32,
+}
+
+impl Machine for Scripted {
+    fn start(cloud: Arc<SampleCloud>, params: Params, _: &Cancel) -> Result<Self, InferenceError> {
+        Ok(Self { points: cloud.points.len(), params, iteration: 0, merges: 0 })
+    }
+    fn set_params(&mut self, params: Params) -> Result<(), InferenceError> {
+        self.params = params;
+        Ok(())
+    }
+    fn is_finished(&self) -> bool {
+        self.iteration >= self.params.iterations
+    }
+    fn step(&mut self, cancel: &Cancel) -> Result<Vec<Occurrence>, InferenceError> {
+        self.iteration += 1;
+        let seed = self.params.seed;
+        if seed == PANICS_AT_THIRD && self.iteration == 3 {
+            panic!("the third step always panics");
+        }
+        if seed >= STALLS_AT_THIRD && self.iteration == 3 {
+            STALLED[seed as usize].store(true, Ordering::SeqCst);
+            while !cancel.is_requested() {
+                std::thread::yield_now();
+            }
+            return Err(InferenceError::Cancelled);
+        }
+        Ok(vec![Occurrence::Died { id: self.iteration }])
+    }
+    fn step_merge(&mut self, _: &Cancel) -> Result<Option<MergeReport>, InferenceError> {
+        if self.merges == MERGES_LEFT {
+            return Ok(None);
+        }
+        self.merges += 1;
+        Ok(Some(MergeReport { merged: (self.merges, 9), into: 9, reason: String::new() }))
+    }
+    fn abstraction(&self) -> Abstraction {
+        Abstraction {
+            phase: Phase::Sampling,
+            iteration: self.iteration,
+            labels: vec![UNASSIGNED; self.points].into(),
+            primitives: Vec::new().into(),
+            figures: Figures { clusters: self.merges as usize, ..Figures::default() },
+        }
+    }
+}
+
+fn worker() -> Worker {
+    Worker::spawn_machine::<Scripted>(|| {}).expect("a thread")
+}
+
+fn load(worker: &mut Worker, seed: u64) -> Vec<Event> {
+    worker.send(Command::SetParams(Params { seed, ..Params::default() }));
+    worker.send(Command::Load { source: Source::BuiltIn, sampling: SamplingOptions::default() });
+    until_idle(worker)
+}
+
+/// All events up to and with the first that says the worker is idle.
+fn until_idle(worker: &mut Worker) -> Vec<Event> {
+    until(worker, |event| matches!(event, Event::Activity(Activity::Idle)))
+}
+
+fn until(worker: &mut Worker, last: impl Fn(&Event) -> bool) -> Vec<Event> {
+    let mut events = Vec::new();
+    loop {
+        let event = worker.next_event(PATIENCE).unwrap_or_else(|| panic!("only {events:?}"));
+        let is_last = last(&event);
+        events.push(event);
+        if is_last {
+            return events;
+        }
+    }
+}
+
+fn iterations(events: &[Event]) -> Vec<u32> {
+    events
+        .iter()
+        .filter_map(|event| match event {
+            Event::Snapshot(snapshot) => Some(snapshot.abstraction.iteration),
+            _ => None,
+        })
+        .collect()
+}
+
+fn failures(events: &[Event]) -> usize {
+    events.iter().filter(|event| matches!(event, Event::Failed { .. })).count()
+}
+
+/// Waits until the machine is in the middle of its third step.
+fn wait_for_stall(seed: u64) {
+    let begun = Instant::now();
+    while !STALLED[seed as usize].load(Ordering::SeqCst) {
+        assert!(begun.elapsed() < PATIENCE, "the machine never reached its third step");
+        std::thread::yield_now();
+    }
+}
+
+#[test]
+fn a_run_shows_every_iteration_once_and_in_order() {
+    let mut worker = worker();
+    let loaded = load(&mut worker, WELL_BEHAVED);
+    assert!(matches!(loaded[0], Event::Activity(Activity::Loading)));
+    assert_eq!(iterations(&loaded), [0], "the start is a state of its own");
+    worker.send(Command::Run);
+    assert_eq!(iterations(&until_idle(&mut worker)), (1..=30).collect::<Vec<_>>());
+    // A finished run starts anew, as a run of its own.
+    worker.send(Command::Run);
+    let again = until_idle(&mut worker);
+    assert_eq!(iterations(&again), (0..=30).collect::<Vec<_>>());
+    let Some(Event::Snapshot(last)) = again.iter().rev().find(|e| matches!(e, Event::Snapshot(_))) else {
+        panic!("no snapshot")
+    };
+    assert_eq!((last.generation, last.run), (1, 2));
+}
+
+#[test]
+fn a_pause_in_the_middle_of_a_step_leaves_the_state_before_it() {
+    let seed = STALLS_AT_THIRD;
+    let mut worker = worker();
+    load(&mut worker, seed);
+    worker.send(Command::Run);
+    wait_for_stall(seed);
+    worker.send(Command::Pause);
+    let events = until_idle(&mut worker);
+    assert_eq!(iterations(&events), [1, 2]);
+    assert_eq!(failures(&events), 0, "a pause is no failure");
+    // Nothing is lost: it goes on from there with other parameters.
+    worker.send(Command::SetParams(Params { seed: WELL_BEHAVED, ..Params::default() }));
+    worker.send(Command::StepIteration);
+    assert_eq!(iterations(&until_idle(&mut worker)), [3]);
+}
+
+#[test]
+fn reset_and_load_interrupt_a_step() {
+    let seed = STALLS_AT_THIRD + 1;
+    let mut worker = worker();
+    load(&mut worker, seed);
+    worker.send(Command::Run);
+    wait_for_stall(seed);
+    worker.send(Command::Reset);
+    assert_eq!(iterations(&until_idle(&mut worker)), [1, 2, 0]);
+    STALLED[seed as usize].store(false, Ordering::SeqCst);
+    worker.send(Command::Run);
+    wait_for_stall(seed);
+    worker.send(Command::Load { source: Source::BuiltIn, sampling: SamplingOptions::default() });
+    let events = until_idle(&mut worker);
+    assert_eq!(iterations(&events), [1, 2, 0]);
+    assert!(matches!(&events[events.len() - 2], Event::Snapshot(s) if s.generation == 2));
+}
+
+#[test]
+fn a_file_that_cannot_be_opened_leaves_the_state() {
+    let mut worker = worker();
+    load(&mut worker, WELL_BEHAVED);
+    worker.send(Command::StepIteration);
+    until_idle(&mut worker);
+    let missing = PathBuf::from("no/such/file.obj");
+    worker.send(Command::Load { source: Source::File(missing), sampling: SamplingOptions::default() });
+    let events = until_idle(&mut worker);
+    let Some(Event::Failed { what, error }) = events.iter().find(|e| matches!(e, Event::Failed { .. }))
+    else {
+        panic!("no failure was told: {events:?}")
+    };
+    assert!(what.contains("file.obj"), "{what}");
+    assert!(!error.is_empty());
+    assert_eq!(iterations(&events), [0; 0]);
+    worker.send(Command::StepIteration);
+    assert_eq!(iterations(&until_idle(&mut worker)), [2]);
+}
+
+#[test]
+fn a_panic_is_told_and_the_last_good_state_goes_on() {
+    let mut worker = worker();
+    load(&mut worker, PANICS_AT_THIRD);
+    worker.send(Command::Run);
+    let events = until_idle(&mut worker);
+    assert_eq!(iterations(&events), [1, 2]);
+    let told = events.iter().any(
+        |event| matches!(event, Event::Failed { error, .. } if error.contains("the third step always panics")),
+    );
+    assert!(told, "{events:?}");
+    worker.send(Command::SetParams(Params { seed: WELL_BEHAVED, ..Params::default() }));
+    worker.send(Command::Run);
+    assert_eq!(iterations(&until_idle(&mut worker)), (3..=30).collect::<Vec<_>>());
+}
+
+#[test]
+fn parameters_reach_a_run_that_goes_on() {
+    let mut worker = worker();
+    load(&mut worker, WELL_BEHAVED);
+    worker.send(Command::StepIteration);
+    until_idle(&mut worker);
+    let changed = Params { alpha: 7.0, clusters: 12, ..Params::default() };
+    worker.send(Command::SetParams(changed));
+    worker.send(Command::StepIteration);
+    let events = until_idle(&mut worker);
+    let Some(Event::Snapshot(snapshot)) = events.iter().find(|e| matches!(e, Event::Snapshot(_))) else {
+        panic!("no snapshot")
+    };
+    assert_eq!(snapshot.params, changed);
+    assert_eq!(snapshot.start.clusters, 30, "K belongs to the start of the run");
+    worker.send(Command::SetParams(Params { alpha: f64::NAN, ..Params::default() }));
+    worker.send(Command::Pause);
+    assert_eq!(failures(&until_idle(&mut worker)), 1, "bad parameters are refused, and said so");
+}
+
+#[test]
+fn merges_are_stepped_one_by_one_or_to_the_end() {
+    let mut worker = worker();
+    load(&mut worker, WELL_BEHAVED);
+    worker.send(Command::StepMerge);
+    let step = until_idle(&mut worker);
+    assert!(step.iter().any(|e| matches!(e, Event::MergeStep(Some(report)) if report.merged == (1, 9))));
+    worker.send(Command::MergeAll);
+    let all = until_idle(&mut worker);
+    assert_eq!(iterations(&all).len() as u32, MERGES_LEFT - 1);
+    assert!(all.iter().any(|e| matches!(e, Event::MergeStep(Some(report)) if report.merged == (3, 9))));
+    assert!(all.iter().any(|e| matches!(e, Event::MergeStep(None))), "it ends by saying that none is left");
+    worker.send(Command::StepMerge);
+    let none = until_idle(&mut worker);
+    assert!(none.iter().any(|e| matches!(e, Event::MergeStep(None))), "{none:?}");
+}
+
+#[test]
+fn a_pace_does_not_hold_back_a_pause() {
+    let mut worker = worker();
+    load(&mut worker, WELL_BEHAVED);
+    worker.send(Command::SetPace(Pace::PerSecond(1)));
+    worker.send(Command::Run);
+    let first = until(&mut worker, |event| matches!(event, Event::Snapshot(_)));
+    assert_eq!(iterations(&first), [1]);
+    let begun = Instant::now();
+    worker.send(Command::Pause);
+    let rest = until_idle(&mut worker);
+    assert_eq!(iterations(&rest), [0; 0], "the next step was a second away");
+    assert!(begun.elapsed() < Duration::from_millis(900), "the pause waited for the pace");
+}
+
+#[test]
+fn nothing_is_run_without_a_shape() {
+    let mut worker = worker();
+    for command in [Command::Run, Command::StepMerge, Command::Reset, Command::ExportCloud(PathBuf::new())] {
+        worker.send(command);
+        assert_eq!(failures(&until_idle(&mut worker)), 1);
+    }
+}
+
+#[test]
+fn an_owner_that_takes_no_events_can_send_and_drop() {
+    let mut worker = worker();
+    load(&mut worker, WELL_BEHAVED);
+    worker.send(Command::SetParams(Params { iterations: 500, ..Params::default() }));
+    worker.send(Command::Run);
+    // Many more than the channel holds, while the worker waits for its events to be taken.
+    for i in 0..10_000_u32 {
+        worker.send(Command::SetParams(Params { alpha: f64::from(1 + i % 50), ..Params::default() }));
+    }
+    assert!(worker.backlog.len() <= 1, "a dragged slider piles up: {}", worker.backlog.len());
+    drop(worker);
+}
+
+#[test]
+fn dropping_stops_a_step_and_joins_the_thread() {
+    let seed = STALLS_AT_THIRD + 2;
+    let owned = Arc::new(());
+    let in_thread = Arc::clone(&owned);
+    let mut worker = Worker::spawn_machine::<Scripted>(move || {
+        let _ = &in_thread;
+    })
+    .expect("a thread");
+    load(&mut worker, seed);
+    worker.send(Command::Run);
+    wait_for_stall(seed);
+    // The thread owns the callback: when it has ended, nobody holds `owned` any more.
+    assert_eq!(Arc::strong_count(&owned), 2);
+    drop(worker);
+    assert_eq!(Arc::strong_count(&owned), 1, "the thread outlived its owner");
+}
+
+#[test]
+fn the_owner_is_woken_for_each_event() {
+    let woken = Arc::new(std::sync::atomic::AtomicUsize::new(0));
+    let counter = Arc::clone(&woken);
+    let mut worker = Worker::spawn_machine::<Scripted>(move || {
+        counter.fetch_add(1, Ordering::SeqCst);
+    })
+    .expect("a thread");
+    let mut events = load(&mut worker, WELL_BEHAVED).len();
+    worker.send(Command::Run);
+    events += until_idle(&mut worker).len();
+    drop(worker);
+    assert_eq!(woken.load(Ordering::SeqCst), events);
+}

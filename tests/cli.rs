@@ -1,0 +1,223 @@
+//! The program as a person or a script runs it.
+
+use std::fs;
+use std::path::Path;
+use std::process::{Command, Output};
+
+/// Runs the program in `folder`, where there is no display.
+fn superform(folder: &Path, args: &[&str]) -> Output {
+    Command::new(env!("CARGO_BIN_EXE_superform"))
+        .args(args)
+        .current_dir(folder)
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .env_remove("RUST_LOG")
+        .output()
+        .unwrap()
+}
+
+fn stderr(output: &Output) -> String {
+    String::from_utf8(output.stderr.clone()).unwrap()
+}
+
+fn json(path: &Path) -> serde_json::Value {
+    serde_json::from_slice(&fs::read(path).unwrap()).unwrap()
+}
+
+/// Settings that make a run short.
+const QUICK: [&str; 6] = ["--points", "400", "--iterations", "3", "--clusters", "6"];
+
+/// A box of points with a leg, and one point that is none.
+fn write_cloud(path: &Path) {
+    let mut text = String::new();
+    for i in 0..16 {
+        for j in 0..16 {
+            for z in [0.0, 0.3] {
+                text.push_str(&format!("{} {} {z}\n", f64::from(i) * 0.1, f64::from(j) * 0.1));
+            }
+        }
+    }
+    for i in 0..200 {
+        let angle = f64::from(i) * 2.4;
+        text.push_str(&format!("{} {} {}\n", 0.1 * angle.cos(), 0.1 * angle.sin(), -0.01 * f64::from(i)));
+    }
+    text.push_str("nan 0 0\n");
+    fs::write(path, text).unwrap();
+}
+
+#[test]
+fn a_run_writes_its_three_files() {
+    let folder = tempfile::tempdir().unwrap();
+    write_cloud(&folder.path().join("in.xyz"));
+    let output = superform(
+        folder.path(),
+        &[&["run", "in.xyz", "-o", "out", "--seed", "7", "--alpha", "0.4"], &QUICK[..]].concat(),
+    );
+    assert!(output.status.success(), "{}", stderr(&output));
+    let summary = String::from_utf8(output.stdout).unwrap();
+    assert!(
+        summary.contains("cloud of 713 points, 400 samples") && summary.contains("primitives.json"),
+        "{summary}"
+    );
+    // No progress bar where nobody looks on.
+    assert!(!summary.contains('\u{1b}') && !summary.contains('█'));
+
+    let out = folder.path().join("out");
+    let report = json(&out.join("report.json"));
+    assert_eq!(report["iterations"], 3);
+    assert_eq!(report["points"], 400);
+    assert_eq!(report["seed"], 7);
+    assert_eq!(report["params"]["alpha"], 0.4);
+    let clusters = report["clusters_at_iteration"].as_array().unwrap();
+    assert_eq!((clusters.len(), clusters[0].as_u64()), (4, Some(6)));
+    let primitives = json(&out.join("primitives.json"));
+    let primitives = primitives["primitives"].as_array().unwrap();
+    assert_eq!(report["primitives"], primitives.len());
+    assert!(!primitives.is_empty());
+    // Labels are ids of the primitives or −1, for every input point.
+    let (labels, ids) = (labels(&out.join("segmented.ply")), ids(primitives));
+    assert_eq!(labels.len(), 713);
+    assert!(labels.iter().all(|l| *l == -1 || ids.contains(l)));
+    assert_eq!(labels[712], -1, "a point that is not finite gets no label");
+}
+
+fn ids(primitives: &[serde_json::Value]) -> Vec<i32> {
+    primitives.iter().map(|p| p["id"].as_i64().unwrap() as i32).collect()
+}
+
+/// Labels of a segmented cloud, by another's reader.
+fn labels(path: &Path) -> Vec<i32> {
+    use ply_rs_bw::ply::{DefaultElement, Property};
+    let parser = ply_rs_bw::parser::Parser::<DefaultElement>::new();
+    let ply = parser.read_ply(&mut fs::File::open(path).unwrap()).unwrap();
+    ply.payload["vertex"]
+        .iter()
+        .map(|v| match v["label"] {
+            Property::Int(label) => label,
+            _ => panic!("the label is no int"),
+        })
+        .collect()
+}
+
+#[test]
+fn the_seed_gives_the_same_bytes_on_any_number_of_threads() {
+    let folder = tempfile::tempdir().unwrap();
+    write_cloud(&folder.path().join("in.xyz"));
+    let run = |out: &str, threads: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_superform"))
+            .args(["run", "in.xyz", "-o", out])
+            .args(QUICK)
+            .current_dir(folder.path())
+            .env("RAYON_NUM_THREADS", threads)
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+        ["primitives.json", "segmented.ply"].map(|f| fs::read(folder.path().join(out).join(f)).unwrap())
+    };
+    assert_eq!(run("one", "1"), run("two", "2"));
+}
+
+#[test]
+fn bad_input_gives_one_clear_message_and_no_files() {
+    let folder = tempfile::tempdir().unwrap();
+    for (name, content, words) in [
+        ("empty.ply", "", "is empty"),
+        ("broken.obj", "v 0 0 0\nv a b c\n", "line 2"),
+        ("mesh.stl", "solid x\nfacet normal 0 0 1\n", "STL"),
+        ("letter.doc", "Dear all", "no format that can be read"),
+        ("one.xyz", "1 2 3\n", "one.xyz"),
+        ("nan.xyz", "nan nan nan\n", "finite"),
+    ] {
+        fs::write(folder.path().join(name), content).unwrap();
+        let output = superform(folder.path(), &["run", name, "-o", "out"]);
+        assert_eq!(output.status.code(), Some(1), "{name}");
+        let message = stderr(&output);
+        assert!(message.contains(words) && message.lines().count() == 1, "{message}");
+        assert!(output.stdout.is_empty());
+        assert!(!folder.path().join("out").exists());
+    }
+    let output = superform(folder.path(), &["run", "missing.obj", "-o", "out"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("missing.obj"));
+}
+
+#[test]
+fn an_output_that_is_no_folder_is_refused_at_once() {
+    let folder = tempfile::tempdir().unwrap();
+    write_cloud(&folder.path().join("in.xyz"));
+    let output = superform(folder.path(), &["run", "in.xyz", "-o", "in.xyz"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("in.xyz is not a folder"));
+}
+
+#[test]
+fn a_command_line_that_makes_no_sense_is_refused() {
+    let folder = tempfile::tempdir().unwrap();
+    for (args, words) in [
+        (&["run"][..], "required"),
+        (&["run", "a.obj"], "--output"),
+        (&["--points", "many"], "many"),
+        (&["run", "a.obj", "-o", "out", "--alpha", "-3"], "alpha is -3, but must lie between"),
+        (&["--preset", "best"], "paper"),
+        (&["--screenshot", "a.png", "--headless"], "cannot be used with"),
+    ] {
+        let output = superform(folder.path(), args);
+        assert_eq!(output.status.code(), Some(2), "{args:?}");
+        assert!(stderr(&output).contains(words), "{}", stderr(&output));
+    }
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+#[test]
+fn without_a_display_the_job_is_done_all_the_same() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = superform(folder.path(), &QUICK);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let message = stderr(&output);
+    assert!(message.contains("without a window, results go to ./superform-out"), "{message}");
+    assert_eq!(message.lines().count(), 1, "{message}");
+    let report = json(&folder.path().join("superform-out/report.json"));
+    assert_eq!(report["input"]["name"], "built-in chair");
+    assert!(folder.path().join("superform-out/segmented.ply").is_file());
+}
+
+#[test]
+fn without_a_display_there_is_no_screenshot() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = superform(folder.path(), &["--screenshot", "shot.png"]);
+    assert_eq!(output.status.code(), Some(1));
+    assert!(stderr(&output).contains("a screenshot needs a window"));
+    assert_eq!(fs::read_dir(folder.path()).unwrap().count(), 0);
+}
+
+/// Ctrl-C in the middle: the run says so and leaves nothing.
+#[cfg(unix)]
+#[test]
+fn an_interrupted_run_leaves_nothing() {
+    use std::io::Read;
+    use std::process::Stdio;
+
+    let folder = tempfile::tempdir().unwrap();
+    write_cloud(&folder.path().join("in.xyz"));
+    // A note about the input goes to standard error once it has been read:
+    // from then on the run is under way, with 500 iterations to go.
+    let mut child = Command::new(env!("CARGO_BIN_EXE_superform"))
+        .args(["run", "in.xyz", "-o", "out", "--iterations", "500", "--clusters", "30", "--no-merge"])
+        .current_dir(folder.path())
+        .stderr(Stdio::piped())
+        .stdout(Stdio::null())
+        .spawn()
+        .unwrap();
+    let mut errors = child.stderr.take().unwrap();
+    let mut first = [0; 10];
+    errors.read_exact(&mut first).unwrap();
+    let kill = Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap();
+    assert!(kill.success());
+    let status = child.wait().unwrap();
+    assert_eq!(status.code(), Some(130));
+    let mut rest = String::new();
+    errors.read_to_string(&mut rest).unwrap();
+    assert!(rest.contains("nothing was written"), "{rest}");
+    assert!(!folder.path().join("out").exists());
+}

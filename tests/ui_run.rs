@@ -1,0 +1,147 @@
+//! The run as a person drives it: by the buttons' labels.
+#![cfg(feature = "window")]
+#![allow(clippy::unwrap_used)]
+
+mod ui_common;
+
+use egui::{Key, Modifiers};
+use egui_kittest::kittest::Queryable;
+use superform::inference::Phase;
+use superform::session::Verb;
+use superform::worker::{Activity, Source};
+use ui_common::{Driver, options};
+
+/// More iterations than are made before a test presses its button.
+const LONG: u32 = 500;
+
+/// The window in the middle of a run that doesn't end by itself for long.
+fn running() -> Driver {
+    let mut options = options(Source::BuiltIn);
+    options.params.iterations = LONG;
+    let mut driver = Driver::start(options, [1280.0, 800.0]);
+    driver.until(|s| s.snapshot.as_ref().is_some_and(|s| s.abstraction.iteration >= 1));
+    driver
+}
+
+#[test]
+fn the_shape_becomes_primitives_without_a_touch() {
+    let driver = Driver::finished();
+    let session = driver.session();
+    assert!(!session.primitives().is_empty());
+    assert_eq!(session.history.entries().first().map(|e| e.iteration), Some(0));
+    assert_eq!(driver.iteration(), 6);
+    assert!(driver.shows("Iteration 6 of 6"));
+    assert!(driver.shows("Finished"));
+    assert!(driver.shows("built-in chair"));
+    assert!(!driver.is_enabled("Step iteration"), "nothing is left to do");
+    assert!(driver.is_enabled("Reset"));
+}
+
+#[test]
+fn a_run_is_paused_stepped_and_continued() {
+    let mut driver = running();
+    driver.press("Pause");
+    driver.settle();
+    let paused_at = driver.iteration();
+    assert!((1..LONG).contains(&paused_at), "it was paused in the middle");
+    assert!(driver.shows("Paused"));
+    driver.press("Step iteration");
+    driver.settle();
+    assert_eq!(driver.iteration(), paused_at + 1);
+    driver.slide("Iterations T", f64::from(paused_at + 4));
+    driver.press("Run");
+    driver.settle();
+    assert_eq!(driver.session().phase(), Some(Phase::Finished));
+    assert_eq!(driver.iteration(), paused_at + 4, "a changed T is taken on the way");
+    // Every iteration was seen once: pausing loses nothing.
+    let iterations: Vec<u32> = driver.session().history.entries().iter().map(|e| e.iteration).collect();
+    assert!(iterations.windows(2).all(|w| w[1] == w[0] || w[1] == w[0] + 1), "{iterations:?}");
+}
+
+#[test]
+fn merging_step_by_step_says_which_and_when_none_is_left() {
+    let mut options = options(Source::BuiltIn);
+    options.sampling.points = 2500;
+    let mut driver = Driver::start(options, [1280.0, 800.0]);
+    driver.settle();
+    driver.press("Reset");
+    driver.settle();
+    assert_eq!(
+        (driver.iteration(), driver.session().primitives().len()),
+        (0, 12),
+        "the start has K clusters"
+    );
+    driver.press("Step iteration");
+    driver.settle();
+    let before = driver.session().primitives().len();
+    driver.press("Step merge");
+    driver.settle();
+    assert_eq!(driver.session().primitives().len(), before - 1);
+    assert!(driver.shows("Merged "));
+    driver.press("Merge all");
+    driver.settle();
+    assert!(driver.shows("No pair is left that may be merged."));
+    assert!(!driver.is_enabled("Step merge"), "it would do nothing");
+}
+
+#[test]
+fn sliders_reach_the_sampler() {
+    let mut driver = Driver::finished();
+    driver.press("Reset");
+    driver.settle();
+    driver.slide("Concentration α", 3.0);
+    driver.slide("Clusters K", 7.0);
+    assert!(driver.shows("this run has K = 12"), "K waits for the next start, and that is said");
+    driver.press("Step iteration");
+    driver.settle();
+    let params = driver.session().snapshot.as_ref().unwrap().params;
+    assert!((params.alpha - 3.0).abs() < 1e-6);
+    driver.press("Reset");
+    driver.settle();
+    assert_eq!(driver.session().primitives().len(), 7);
+    assert!(!driver.shows("this run has K"), "it was taken");
+}
+
+#[test]
+fn a_slider_moved_during_the_run_is_taken_on_the_way() {
+    let mut driver = running();
+    driver.slide("New cluster p0", 0.5);
+    driver.until(|s| s.snapshot.as_ref().is_some_and(|s| (s.params.p0 - 0.5).abs() < 1e-6));
+    driver.press("Pause");
+    driver.settle();
+    assert_eq!(driver.session().history.entries().first().map(|e| e.iteration), Some(0), "no new start");
+}
+
+#[test]
+fn presets_and_keys_do_what_the_buttons_do() {
+    let mut driver = Driver::finished();
+    driver.press("Paper");
+    assert!(driver.session().params.freeze);
+    driver.press("Default");
+    assert!(!driver.session().params.freeze);
+    driver.key(Modifiers::NONE, Key::Backspace);
+    driver.settle();
+    assert_eq!(driver.iteration(), 0);
+    driver.key(Modifiers::NONE, Key::N);
+    driver.settle();
+    assert_eq!(driver.iteration(), 1);
+    driver.key(Modifiers::NONE, Key::Space);
+    assert_eq!(driver.session().activity, Activity::Running);
+    driver.key(Modifiers::NONE, Key::Space);
+    driver.settle();
+    assert!(driver.iteration() < 30);
+}
+
+#[test]
+fn sampling_anew_starts_over() {
+    let mut driver = Driver::finished();
+    assert!(!driver.has_button("Sample again"), "nothing has changed");
+    let seed = driver.harness.get_by_role_and_label(ui_common::Role::SpinButton, "seed");
+    seed.set_value_accesskit(5.0);
+    driver.harness.run_steps(2);
+    driver.press("Sample again");
+    driver.settle();
+    let loaded = driver.session().loaded.as_ref().unwrap();
+    assert_eq!((loaded.sampling.seed, driver.iteration()), (5, 0));
+    assert!(!driver.session().is_enabled(Verb::Resample));
+}
