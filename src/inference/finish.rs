@@ -3,6 +3,8 @@
 //! primitive that explains them best, primitives are refitted, split where
 //! two explain more than they cost, and merged where one does.
 
+use std::collections::{BTreeMap, BTreeSet};
+
 use nalgebra::Point3;
 use rayon::prelude::*;
 
@@ -19,6 +21,8 @@ use crate::geometry::Superquadric;
 
 /// Rounds of assignment, fit, split and merge at most.
 const ROUNDS: u32 = 6;
+/// Random cuts that are tried of each cluster.
+const CUTS: u32 = 2;
 /// A point farther than this many mean spacings from every primitive (or this
 /// many standard deviations of its noise) is an outlier and stays unassigned.
 const OUTLIER_SPACINGS: f64 = 2.0;
@@ -33,11 +37,12 @@ pub(crate) fn refine(
     occurrences: &mut Vec<Occurrence>,
 ) {
     state.frozen.fill(false);
-    for round in 0..ROUNDS {
+    let mut settled = Settled::default();
+    for _ in 0..ROUNDS {
         let before = state.labels.clone();
         assign(state);
-        refit(state, params, cancel);
-        let split = split_all(state, params, round, cancel, occurrences);
+        refit(state, &mut settled, params, cancel);
+        let split = split_all(state, &mut settled, params, cancel, occurrences);
         let mut merged = false;
         while let Some(report) = merge_once(state, cache, params, cancel) {
             merged = true;
@@ -48,6 +53,17 @@ pub(crate) fn refine(
         }
     }
     assign(state);
+    // The last assignment moved points under unchanged revisions.
+    *cache = MergeCache::default();
+}
+
+/// What need not be tried again.
+#[derive(Default)]
+struct Settled {
+    /// By id, the revision and the points of a cluster when it was last fitted.
+    fitted: BTreeMap<u32, (u64, Vec<u32>)>,
+    /// Revisions of clusters that no cut has improved.
+    whole: BTreeSet<u64>,
 }
 
 /// Description of every cluster's present points.
@@ -134,12 +150,18 @@ fn assign(state: &mut State) {
     state.remove_clusters(&gone);
 }
 
-fn refit(state: &mut State, params: &Params, cancel: &Cancel) {
+/// Fits the primitives whose points changed since they were last fitted.
+fn refit(state: &mut State, settled: &mut Settled, params: &Params, cancel: &Cancel) {
     let members = state.members();
+    let changed = |j: usize| {
+        let cluster = &state.clusters[j];
+        settled.fitted.get(&cluster.id).is_none_or(|(r, m)| *r != cluster.revision || *m != members[j])
+    };
+    let stale: Vec<usize> = (0..members.len()).filter(|&j| changed(j)).collect();
     let model = state.model.clone();
-    let fits: Vec<_> = (0..members.len())
-        .into_par_iter()
-        .map(|j| {
+    let fits: Vec<_> = stale
+        .par_iter()
+        .map(|&j| {
             let points = model.gather(&members[j]);
             let found = fit(
                 &points,
@@ -155,13 +177,14 @@ fn refit(state: &mut State, params: &Params, cancel: &Cancel) {
             (after.length < before.length).then_some(found.shape)
         })
         .collect();
-    for (j, shape) in fits.into_iter().enumerate() {
+    for (j, shape) in stale.into_iter().zip(fits) {
         if let Some(shape) = shape {
             state.clusters[j].shape = shape;
         }
-        // Its points may have changed even where its shape did not.
+        // Its points have changed even where its shape has not.
         let revision = state.new_revision();
         state.clusters[j].revision = revision;
+        settled.fitted.insert(state.clusters[j].id, (revision, members[j].clone()));
     }
 }
 
@@ -169,8 +192,8 @@ fn refit(state: &mut State, params: &Params, cancel: &Cancel) {
 /// description. Says whether there was one.
 fn split_all(
     state: &mut State,
+    settled: &mut Settled,
     params: &Params,
-    round: u32,
     cancel: &Cancel,
     occurrences: &mut Vec<Occurrence>,
 ) -> bool {
@@ -184,9 +207,12 @@ fn split_all(
         .map(|j| {
             let points = model.gather(&members[j]);
             let mut best: Option<Cut> = None;
-            for attempt in 0..3 {
-                let purpose = state.iteration + round * 8 + attempt;
-                let mut rng = stream(params.seed, Purpose::Split, purpose, state.clusters[j].id);
+            if settled.whole.contains(&state.clusters[j].revision) {
+                return None;
+            }
+            for attempt in 0..CUTS {
+                let revision = state.clusters[j].revision as u32;
+                let mut rng = stream(params.seed, Purpose::Cut, attempt, revision);
                 let half = kmeans(&points, 2, &mut rng);
                 let mut length = 0.0;
                 let mut parts = Vec::with_capacity(2);
@@ -221,10 +247,13 @@ fn split_all(
     }
     let mut any = false;
     for (j, cut) in cuts.into_iter().enumerate() {
-        let Some((_, [first, second])) = cut else { continue };
+        let Some((gain, [first, second])) = cut else {
+            settled.whole.insert(state.clusters[j].revision);
+            continue;
+        };
         any = true;
         let id = state.new_id();
-        occurrences.push(Occurrence::Split { id: state.clusters[j].id, coverage: f64::NAN });
+        occurrences.push(Occurrence::Cut { id: state.clusters[j].id, gain });
         occurrences.push(Occurrence::Born { id, points: second.0.len() });
         let other = state.clusters.len() as u32;
         for &i in &second.0 {

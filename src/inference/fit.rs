@@ -19,6 +19,9 @@ const MAX_SWITCHES: usize = 2;
 /// How much work a fit may do.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Effort {
+    /// Try the moments and the similar configurations, not the warm starts
+    /// alone.
+    pub(crate) explore: bool,
     /// LM steps to try a start or a configuration with.
     pub(crate) probe: usize,
     /// LM steps for the best one.
@@ -29,9 +32,11 @@ pub(crate) struct Effort {
 
 impl Effort {
     /// Inside the Gibbs iterations: the next one goes on from here.
-    pub(crate) const ITERATION: Self = Self { probe: 6, polish: 8, tolerance: 1e-3 };
+    pub(crate) const ITERATION: Self = Self { explore: true, probe: 6, polish: 8, tolerance: 1e-3 };
+    /// The same where little has changed since the last exploration.
+    pub(crate) const FOLLOW: Self = Self { explore: false, ..Self::ITERATION };
     /// For merges and the end of a run, where nothing follows that could mend.
-    pub(crate) const THOROUGH: Self = Self { probe: 8, polish: 40, tolerance: 1e-4 };
+    pub(crate) const THOROUGH: Self = Self { explore: true, probe: 8, polish: 40, tolerance: 1e-4 };
 }
 
 /// Fits a primitive to `points` from the moments and from the primitives
@@ -56,10 +61,10 @@ pub(crate) fn fit(
             minimize(&block, Distance::Radial, start, smallest_axis, effort.probe, effort.tolerance, cancel);
         Minimum { cost: kernel::cost(&m.shape, &block, distance), ..m }
     };
-    let moments = ellipsoid_of_moments(points, START_SHRINK, smallest_axis);
-    let mut best = warm.iter().chain([&moments]).map(probe).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let moments = effort.explore.then(|| ellipsoid_of_moments(points, START_SHRINK, smallest_axis));
+    let mut best = warm.iter().chain(&moments).map(probe).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
 
-    for _ in 0..MAX_SWITCHES {
+    for _ in 0..if effort.explore { MAX_SWITCHES } else { 0 } {
         let better = similar_configurations(&best.shape)
             .into_iter()
             .map(|start| probe(&start))

@@ -22,6 +22,10 @@ use crate::geometry::SampleCloud;
 
 /// Iterations between two merge passes.
 const MERGE_INTERVAL: u32 = 15;
+/// The fits of the first iterations, and of every so many later ones, explore
+/// other starts and configurations than that of the iteration before.
+const EXPLORE_FIRST: u32 = 3;
+const EXPLORE_INTERVAL: u32 = 4;
 /// Mean d² under which a cluster's points are frozen, where freezing is on.
 const FREEZE: f64 = 5e-3;
 
@@ -207,8 +211,11 @@ impl Sampler {
                     released = Vec::new();
                 }
                 let points = model.gather(&kept);
+                let turn = state.iteration + state.clusters[j].id;
+                let explore = state.iteration <= EXPLORE_FIRST || turn.is_multiple_of(EXPLORE_INTERVAL);
+                let effort = if explore { Effort::ITERATION } else { Effort::FOLLOW };
                 let (warm, floor) = ([state.clusters[j].shape], model.axis_floor());
-                let found = fit(&points, &warm, floor, Effort::ITERATION, params.fit_distance, cancel)
+                let found = fit(&points, &warm, floor, effort, params.fit_distance, cancel)
                     .map(|m| (m.shape, sum_squared_radial(&m.shape, &points)));
                 (found, kept.len(), released)
             })
@@ -217,13 +224,13 @@ impl Sampler {
             for i in released {
                 state.labels[i as usize] = UNASSIGNED;
             }
-            let Some((shape, sum_d2)) = found else { continue };
             let revision = state.new_revision();
             let cluster = &mut state.clusters[j];
+            cluster.revision = revision;
+            let Some((shape, sum_d2)) = found else { continue };
             let mut rng = stream(params.seed, Purpose::Sigma, state.iteration, cluster.id);
             cluster.shape = shape;
             cluster.sigma = model.draw_sigma(sum_d2, n, &mut rng);
-            cluster.revision = revision;
         }
     }
 
