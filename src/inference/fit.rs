@@ -16,6 +16,10 @@ const BETTER: f64 = 0.98;
 /// Switches of configuration in one fit.
 const MAX_SWITCHES: usize = 2;
 
+/// Starts and configurations are tried on about this many of the points;
+/// thirteen parameters need no more to be told apart.
+const PROBE_POINTS: usize = 250;
+
 /// How much work a fit may do.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Effort {
@@ -35,6 +39,8 @@ impl Effort {
     pub(crate) const ITERATION: Self = Self { explore: true, probe: 6, polish: 8, tolerance: 1e-3 };
     /// The same where little has changed since the last exploration.
     pub(crate) const FOLLOW: Self = Self { explore: false, ..Self::ITERATION };
+    /// To see whether a merge is worth a thorough fit.
+    pub(crate) const GLANCE: Self = Self { explore: true, probe: 5, polish: 3, tolerance: 1e-2 };
     /// For merges and the end of a run, where nothing follows that could mend.
     pub(crate) const THOROUGH: Self = Self { explore: true, probe: 8, polish: 40, tolerance: 1e-4 };
 }
@@ -56,10 +62,12 @@ pub(crate) fn fit(
     cancel: &Cancel,
 ) -> Option<Minimum> {
     let block: PointBlock = points.iter().copied().collect();
+    let stride = (points.len() / PROBE_POINTS).max(1);
+    let few: PointBlock = points.iter().step_by(stride).copied().collect();
     let probe = |start: &Superquadric| {
         let m =
-            minimize(&block, Distance::Radial, start, smallest_axis, effort.probe, effort.tolerance, cancel);
-        Minimum { cost: kernel::cost(&m.shape, &block, distance), ..m }
+            minimize(&few, Distance::Radial, start, smallest_axis, effort.probe, effort.tolerance, cancel);
+        Minimum { cost: kernel::cost(&m.shape, &few, distance), ..m }
     };
     let moments = effort.explore.then(|| ellipsoid_of_moments(points, START_SHRINK, smallest_axis));
     let mut best = warm.iter().chain(&moments).map(probe).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
@@ -74,11 +82,7 @@ pub(crate) fn fit(
             None => break,
         }
     }
-    let polished =
-        minimize(&block, distance, &best.shape, smallest_axis, effort.polish, effort.tolerance, cancel);
-    if polished.cost <= best.cost {
-        best = polished;
-    }
+    best = minimize(&block, distance, &best.shape, smallest_axis, effort.polish, effort.tolerance, cancel);
     let usable = best.cost.is_finite() && best.shape.is_valid() && best.stop != Stop::Cancelled;
     (usable && !cancel.is_requested()).then_some(best)
 }

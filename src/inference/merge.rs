@@ -23,6 +23,10 @@ const RELATIVE: f64 = 5e-3;
 /// Paper: mean d² under which a union is good, in the first pass and later.
 const MEAN_D2: (f64, f64) = (1e-3, 1e-2);
 
+/// A pair whose first rough fit costs this many nats a point more than the two
+/// alone is given up.
+const HOPELESS: f64 = 0.5;
+
 /// One primitive for two clusters.
 #[derive(Debug, Clone)]
 struct Proposal {
@@ -120,6 +124,13 @@ fn best_by_description(
             .map(|&(a, b)| {
                 let points = model.gather(&union(members, a, b));
                 let warm = [state.clusters[a].shape, state.clusters[b].shape];
+                let glance =
+                    fit(&points, &warm, model.axis_floor(), Effort::GLANCE, params.fit_distance, cancel)?;
+                let rough = describe(&glance.shape, &points, total, model.spacing).length;
+                if rough > alone[a] + alone[b] + HOPELESS * points.len() as f64 {
+                    return None;
+                }
+                let warm = [glance.shape];
                 let m =
                     fit(&points, &warm, model.axis_floor(), Effort::THOROUGH, params.fit_distance, cancel)?;
                 let together = describe(&m.shape, &points, total, model.spacing);
