@@ -22,7 +22,12 @@ fn device() -> (wgpu::Device, wgpu::Queue, Arc<Mutex<Vec<String>>>) {
     });
     let errors = Arc::new(Mutex::new(Vec::new()));
     let sink = errors.clone();
-    device.on_uncaptured_error(Arc::new(move |error| sink.lock().unwrap().push(error.to_string())));
+    device.on_uncaptured_error(Arc::new(move |error| {
+        // A poisoned lock means that a test has failed already.
+        if let Ok(mut errors) = sink.lock() {
+            errors.push(error.to_string());
+        }
+    }));
     (device, queue, errors)
 }
 

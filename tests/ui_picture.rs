@@ -1,6 +1,6 @@
 //! The whole window as a picture, drawn by a real driver. With
 //! `SUPERFORM_PICTURES` set to a folder, the pictures are kept there.
-#![cfg(feature = "window")]
+#![cfg(feature = "window-tests")]
 #![allow(clippy::unwrap_used, clippy::print_stderr)]
 
 mod ui_common;

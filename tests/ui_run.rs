@@ -1,5 +1,5 @@
 //! The run as a person drives it: by the buttons' labels.
-#![cfg(feature = "window")]
+#![cfg(feature = "window-tests")]
 #![allow(clippy::unwrap_used)]
 
 mod ui_common;

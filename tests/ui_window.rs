@@ -1,5 +1,5 @@
 //! Files, layers, the list of primitives, help: by the labels a person sees.
-#![cfg(feature = "window")]
+#![cfg(feature = "window-tests")]
 #![allow(clippy::unwrap_used)]
 
 mod ui_common;

@@ -3,6 +3,7 @@
 
 pub mod cloud;
 mod elimination;
+pub mod kernel;
 pub mod mesh;
 mod morton;
 pub mod neighbors;

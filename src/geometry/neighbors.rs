@@ -69,6 +69,37 @@ impl KdTree {
         }
     }
 
+    /// The nearest point to `query` as (squared distance, index), the smallest
+    /// index among equals; `None` in an empty tree. Faster than
+    /// [`KdTree::nearest`] with k = 1: it needs no memory.
+    pub fn nearest_one(&self, query: &Point3<f64>) -> Option<(f64, u32)> {
+        let mut best = (f64::INFINITY, u32::MAX);
+        self.nearest_one_in(0, self.points.len(), query, &mut best);
+        (!self.is_empty()).then_some(best)
+    }
+
+    fn nearest_one_in(&self, lo: usize, hi: usize, query: &Point3<f64>, best: &mut (f64, u32)) {
+        let mut offer = |i: usize| {
+            let d2 = (self.points[i] - query).norm_squared();
+            if d2 < best.0 || (d2 == best.0 && self.index[i] < best.1) {
+                *best = (d2, self.index[i]);
+            }
+        };
+        if hi - lo <= LEAF {
+            (lo..hi).for_each(offer);
+            return;
+        }
+        let mid = lo + (hi - lo) / 2;
+        offer(mid);
+        let axis = self.axis[mid] as usize;
+        let offset = query[axis] - self.points[mid][axis];
+        let (near, far) = if offset < 0.0 { ((lo, mid), (mid + 1, hi)) } else { ((mid + 1, hi), (lo, mid)) };
+        self.nearest_one_in(near.0, near.1, query, best);
+        if offset * offset <= best.0 {
+            self.nearest_one_in(far.0, far.1, query, best);
+        }
+    }
+
     /// Calls `visit` with (squared distance, index) for every point within
     /// `radius` of `query`, in tree order.
     pub fn within(&self, query: &Point3<f64>, radius: f64, mut visit: impl FnMut(f64, u32)) {
@@ -271,6 +302,7 @@ mod tests {
                     points.iter().zip(0..).map(|(p, i)| ((p - q).norm_squared(), i)).collect();
                 all.sort_by(|a, b| a.partial_cmp(b).unwrap());
                 assert_eq!(tree.nearest(&q, 6), all[..6.min(n)]);
+                assert_eq!(tree.nearest_one(&q), Some(all[0]));
                 let radius: f64 = 0.3;
                 let mut within = Vec::new();
                 tree.within(&q, radius, |d2, i| within.push((d2, i)));

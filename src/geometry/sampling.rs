@@ -22,8 +22,10 @@ use super::neighbors::KdTree;
 
 /// Candidates drawn for each sample of a mesh.
 const CANDIDATES_PER_SAMPLE: usize = 5;
-/// Candidates kept for each sample of a cloud that is larger than this.
-const THINNED_PER_SAMPLE: usize = 8;
+/// Least number of candidates for each sample of a cloud that is larger than
+/// this. The grids double from one to the next, so that there may be four
+/// times as many on a surface.
+const THINNED_PER_SAMPLE: usize = 4;
 /// Cells finer than this many halvings below the samples' spacing say nothing
 /// about it; without the limit a dense clump would cost quadratic time.
 const LEVELS_BELOW_SPACING: usize = 3;
@@ -141,7 +143,8 @@ fn distinct_or_thinned(
 fn mapped(points: &[Point3<f64>], finite: &[u32], local: &[Point3<f64>], kept: &[u32]) -> SampleCloud {
     let positions: Vec<Point3<f64>> = kept.iter().map(|&i| local[i as usize]).collect();
     let tree = KdTree::new(&positions);
-    let nearest: Vec<u32> = local.par_iter().map(|p| tree.nearest(p, 1)[0].1).collect();
+    let nearest: Vec<u32> =
+        local.par_iter().map(|p| tree.nearest_one(p).map_or(NO_SAMPLE, |(_, i)| i)).collect();
     let mut sample_of_input = vec![NO_SAMPLE; points.len()];
     for (&i, sample) in finite.iter().zip(nearest) {
         sample_of_input[i as usize] = sample;

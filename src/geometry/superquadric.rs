@@ -24,7 +24,7 @@ use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 pub const PARAMETERS: usize = 13;
 
 /// Added to q²/a² under the logarithm, so that an axis of 0 stays finite.
-const LOG_FLOOR: f64 = 1e-12;
+pub(crate) const LOG_FLOOR: f64 = 1e-12;
 /// The taper factor changes sign past the apex of a fully tapered primitive;
 /// it is kept above this value.
 pub const TAPER_FLOOR: f64 = 0.02;

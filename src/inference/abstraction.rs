@@ -78,10 +78,27 @@ pub struct MergeReport {
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Occurrence {
-    Born { id: u32, points: usize },
-    Died { id: u32 },
-    Split { id: u32, coverage: f64 },
-    Separated { id: u32 },
-    Froze { id: u32 },
+    Born {
+        id: u32,
+        points: usize,
+    },
+    Died {
+        id: u32,
+    },
+    Split {
+        id: u32,
+        coverage: f64,
+    },
+    Separated {
+        id: u32,
+    },
+    /// Cut in two at the end of the run, for `gain` nats of description length.
+    Cut {
+        id: u32,
+        gain: f64,
+    },
+    Froze {
+        id: u32,
+    },
     Merged(MergeReport),
 }

@@ -4,13 +4,12 @@
 use rayon::prelude::*;
 
 use super::abstraction::{Occurrence, UNASSIGNED};
-use super::fit::{Effort, fit};
+use super::fit::{Effort, fit, sum_squared_radial};
 use super::kmeans::kmeans;
 use super::params::Params;
 use super::sampler::Cancel;
 use super::state::{Model, SMALLEST_CLUSTER, State};
 use super::streams::{Purpose, stream};
-use super::trust_region;
 use crate::geometry::neighbors::KdTree;
 use crate::geometry::{Superquadric, tessellate};
 
@@ -100,13 +99,13 @@ fn judge(state: &State, params: &Params, j: usize, members: &[u32], cancel: &Can
     let largest = parts.swap_remove(0);
 
     let limit = if state.iteration < LATE_ITERATION { SEPARATE.0 } else { SEPARATE.1 };
-    let mean_d2 = trust_region::cost(&cluster.shape, &model.gather(members)) / members.len() as f64;
+    let mean_d2 = sum_squared_radial(&cluster.shape, &model.gather(members)) / members.len() as f64;
     let mut rng = stream(params.seed, Purpose::Split, state.iteration, cluster.id);
     let mut reduce = |keep: Vec<u32>, warm: &[Superquadric], occurrence: Occurrence| {
         let points = model.gather(&keep);
-        match fit(&points, warm, model.axis_floor(), Effort::ITERATION, cancel) {
+        match fit(&points, warm, model.axis_floor(), Effort::ITERATION, params.fit_distance, cancel) {
             Some(m) => {
-                let sigma = model.draw_sigma(m.cost, keep.len(), &mut rng);
+                let sigma = model.draw_sigma(sum_squared_radial(&m.shape, &points), keep.len(), &mut rng);
                 Verdict::Reduce { keep, shape: m.shape, sigma, occurrence }
             }
             None => Verdict::Keep,

@@ -7,6 +7,7 @@ use super::moments::{ellipsoid_of_moments, with_axis_as_z};
 use super::sampler::Cancel;
 use super::trust_region::{Minimum, Stop, minimize};
 use crate::geometry::Superquadric;
+use crate::geometry::kernel::{self, Distance, PointBlock};
 
 /// The moments start of the paper is four times smaller than the points.
 pub(crate) const START_SHRINK: f64 = 0.25;
@@ -15,9 +16,16 @@ const BETTER: f64 = 0.98;
 /// Switches of configuration in one fit.
 const MAX_SWITCHES: usize = 2;
 
+/// Starts and configurations are tried on about this many of the points;
+/// thirteen parameters need no more to be told apart.
+const PROBE_POINTS: usize = 250;
+
 /// How much work a fit may do.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Effort {
+    /// Try the moments and the similar configurations, not the warm starts
+    /// alone.
+    pub(crate) explore: bool,
     /// LM steps to try a start or a configuration with.
     pub(crate) probe: usize,
     /// LM steps for the best one.
@@ -28,14 +36,21 @@ pub(crate) struct Effort {
 
 impl Effort {
     /// Inside the Gibbs iterations: the next one goes on from here.
-    pub(crate) const ITERATION: Self = Self { probe: 6, polish: 8, tolerance: 1e-3 };
+    pub(crate) const ITERATION: Self = Self { explore: true, probe: 6, polish: 8, tolerance: 1e-3 };
+    /// The same where little has changed since the last exploration.
+    pub(crate) const FOLLOW: Self = Self { explore: false, ..Self::ITERATION };
+    /// To see whether a merge is worth a thorough fit.
+    pub(crate) const GLANCE: Self = Self { explore: true, probe: 5, polish: 3, tolerance: 1e-2 };
     /// For merges and the end of a run, where nothing follows that could mend.
-    pub(crate) const THOROUGH: Self = Self { probe: 8, polish: 40, tolerance: 1e-4 };
+    pub(crate) const THOROUGH: Self = Self { explore: true, probe: 8, polish: 40, tolerance: 1e-4 };
 }
 
-/// Fits a primitive to `points` from the moments and, where given, from the
-/// primitive `warm`; of all starts and configurations the one with the
-/// smallest Σ r². `smallest_axis` bounds the semi-axes from below.
+/// Fits a primitive to `points` from the moments and from the primitives
+/// `warm`; of all starts and configurations the one with the smallest Σ d².
+/// `smallest_axis` bounds the semi-axes from below.
+///
+/// The radial distance leads from afar, where the first-order one knows
+/// little; the polish then minimises `distance` itself.
 ///
 /// `None` when the fit was cancelled or no start gives a finite cost.
 pub(crate) fn fit(
@@ -43,14 +58,21 @@ pub(crate) fn fit(
     warm: &[Superquadric],
     smallest_axis: f64,
     effort: Effort,
+    distance: Distance,
     cancel: &Cancel,
 ) -> Option<Minimum> {
-    let probe =
-        |start: &Superquadric| minimize(points, start, smallest_axis, effort.probe, effort.tolerance, cancel);
-    let moments = ellipsoid_of_moments(points, START_SHRINK, smallest_axis);
-    let mut best = warm.iter().chain([&moments]).map(probe).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let block: PointBlock = points.iter().copied().collect();
+    let stride = (points.len() / PROBE_POINTS).max(1);
+    let few: PointBlock = points.iter().step_by(stride).copied().collect();
+    let probe = |start: &Superquadric| {
+        let m =
+            minimize(&few, Distance::Radial, start, smallest_axis, effort.probe, effort.tolerance, cancel);
+        Minimum { cost: kernel::cost(&m.shape, &few, distance), ..m }
+    };
+    let moments = effort.explore.then(|| ellipsoid_of_moments(points, START_SHRINK, smallest_axis));
+    let mut best = warm.iter().chain(&moments).map(probe).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
 
-    for _ in 0..MAX_SWITCHES {
+    for _ in 0..if effort.explore { MAX_SWITCHES } else { 0 } {
         let better = similar_configurations(&best.shape)
             .into_iter()
             .map(|start| probe(&start))
@@ -60,10 +82,7 @@ pub(crate) fn fit(
             None => break,
         }
     }
-    let polished = minimize(points, &best.shape, smallest_axis, effort.polish, effort.tolerance, cancel);
-    if polished.cost <= best.cost {
-        best = polished;
-    }
+    best = minimize(&block, distance, &best.shape, smallest_axis, effort.polish, effort.tolerance, cancel);
     let usable = best.cost.is_finite() && best.shape.is_valid() && best.stop != Stop::Cancelled;
     (usable && !cancel.is_requested()).then_some(best)
 }
@@ -99,4 +118,10 @@ fn similar_configurations(shape: &Superquadric) -> Vec<Superquadric> {
         }
     }
     found
+}
+
+/// Σ r² of points to a primitive: the statistic of the paper's noise model,
+/// whatever distance the fit minimises.
+pub(crate) fn sum_squared_radial(shape: &Superquadric, points: &[Point3<f64>]) -> f64 {
+    kernel::cost(shape, &points.iter().copied().collect(), Distance::Radial)
 }

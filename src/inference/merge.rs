@@ -8,13 +8,12 @@ use rayon::prelude::*;
 
 use super::abstraction::{MergeReport, UNASSIGNED};
 use super::adjust::LATE_ITERATION;
-use super::fit::{Effort, fit};
+use super::fit::{Effort, fit, sum_squared_radial};
 use super::params::{MergeRule, Params};
 use super::sampler::Cancel;
 use super::score::describe;
 use super::state::State;
 use super::streams::{Purpose, stream};
-use super::trust_region;
 use crate::geometry::Superquadric;
 
 /// Paper: the pair must fill this share of what holds both.
@@ -24,12 +23,16 @@ const RELATIVE: f64 = 5e-3;
 /// Paper: mean d² under which a union is good, in the first pass and later.
 const MEAN_D2: (f64, f64) = (1e-3, 1e-2);
 
+/// A pair whose first rough fit costs this many nats a point more than the two
+/// alone is given up.
+const HOPELESS: f64 = 0.5;
+
 /// One primitive for two clusters.
 #[derive(Debug, Clone)]
 struct Proposal {
     shape: Superquadric,
     /// Σ d² of the union.
-    cost: f64,
+    sum_d2: f64,
     /// What the merge gains: nats of description length, or 1 where the
     /// paper's test says yes.
     gain: f64,
@@ -58,8 +61,8 @@ pub(crate) fn merge_once(
     let members = state.members();
     let (a, b, proposal) = match params.merge {
         MergeRule::None => return None,
-        MergeRule::DescriptionLength => best_by_description(state, &members, cache, cancel)?,
-        MergeRule::Paper => first_by_thresholds(state, &members, cache, cancel)?,
+        MergeRule::DescriptionLength => best_by_description(state, &members, cache, params, cancel)?,
+        MergeRule::Paper => first_by_thresholds(state, &members, cache, params, cancel)?,
     };
     if cancel.is_requested() {
         return None;
@@ -96,6 +99,7 @@ fn best_by_description(
     state: &State,
     members: &[Vec<u32>],
     cache: &mut MergeCache,
+    params: &Params,
     cancel: &Cancel,
 ) -> Option<(usize, usize, Proposal)> {
     let pairs = neighbors(state);
@@ -120,14 +124,27 @@ fn best_by_description(
             .map(|&(a, b)| {
                 let points = model.gather(&union(members, a, b));
                 let warm = [state.clusters[a].shape, state.clusters[b].shape];
-                let m = fit(&points, &warm, model.axis_floor(), Effort::THOROUGH, cancel)?;
+                let glance =
+                    fit(&points, &warm, model.axis_floor(), Effort::GLANCE, params.fit_distance, cancel)?;
+                let rough = describe(&glance.shape, &points, total, model.spacing).length;
+                if rough > alone[a] + alone[b] + HOPELESS * points.len() as f64 {
+                    return None;
+                }
+                let warm = [glance.shape];
+                let m =
+                    fit(&points, &warm, model.axis_floor(), Effort::THOROUGH, params.fit_distance, cancel)?;
                 let together = describe(&m.shape, &points, total, model.spacing);
                 let gain = alone[a] + alone[b] - together.length;
                 let reason = format!(
                     "one primitive describes both {gain:.0} nats shorter (rms distance {:.3} mean spacings)",
                     together.rms / model.spacing
                 );
-                (gain > 0.0).then_some(Proposal { shape: m.shape, cost: m.cost, gain, reason })
+                (gain > 0.0).then_some(Proposal {
+                    shape: m.shape,
+                    sum_d2: sum_squared_radial(&m.shape, &points),
+                    gain,
+                    reason,
+                })
             })
             .collect();
         if cancel.is_requested() {
@@ -153,6 +170,7 @@ fn first_by_thresholds(
     state: &State,
     members: &[Vec<u32>],
     cache: &mut MergeCache,
+    params: &Params,
     cancel: &Cancel,
 ) -> Option<(usize, usize, Proposal)> {
     let mut order: Vec<usize> = (0..members.len()).collect();
@@ -163,8 +181,10 @@ fn first_by_thresholds(
                 return None;
             }
             let key = (state.clusters[a].revision, state.clusters[b].revision);
-            let proposal =
-                cache.0.entry(key).or_insert_with(|| propose_by_thresholds(state, members, a, b, cancel));
+            let proposal = cache
+                .0
+                .entry(key)
+                .or_insert_with(|| propose_by_thresholds(state, members, (a, b), params, cancel));
             if let Some(p) = proposal {
                 return Some((a, b, p.clone()));
             }
@@ -176,8 +196,8 @@ fn first_by_thresholds(
 fn propose_by_thresholds(
     state: &State,
     members: &[Vec<u32>],
-    a: usize,
-    b: usize,
+    (a, b): (usize, usize),
+    params: &Params,
     cancel: &Cancel,
 ) -> Option<Proposal> {
     let model = &state.model;
@@ -197,7 +217,8 @@ fn propose_by_thresholds(
     if box_volume(&parts[0]) + box_volume(&parts[1]) < FILL * box_volume(&points) {
         return None;
     }
-    let m = fit(&points, &[*first, *second], model.axis_floor(), Effort::THOROUGH, cancel)?;
+    let m =
+        fit(&points, &[*first, *second], model.axis_floor(), Effort::THOROUGH, params.fit_distance, cancel)?;
     if first.volume() + second.volume() < FILL * m.shape.volume() {
         return None;
     }
@@ -212,11 +233,12 @@ fn propose_by_thresholds(
         sum / points.len().max(1) as f64
     };
     let mean_d2 = |shape: &Superquadric, points: &[nalgebra::Point3<f64>]| {
-        trust_region::cost(shape, points) / points.len().max(1) as f64
+        sum_squared_radial(shape, points) / points.len().max(1) as f64
     };
     let joint_relative = relative(&m.shape, &points);
     let worse_relative = relative(first, &parts[0]).max(relative(second, &parts[1]));
-    let joint = m.cost / points.len().max(1) as f64;
+    let n = points.len().max(1) as f64;
+    let joint = mean_d2(&m.shape, &points);
     let worse = mean_d2(first, &parts[0]).max(mean_d2(second, &parts[1]));
     let limit = if state.iteration <= LATE_ITERATION { MEAN_D2.0 } else { MEAN_D2.1 };
     let reason = if joint_relative <= worse_relative {
@@ -230,7 +252,7 @@ fn propose_by_thresholds(
     } else {
         return None;
     };
-    Some(Proposal { shape: m.shape, cost: m.cost, gain: 1.0, reason })
+    Some(Proposal { shape: m.shape, sum_d2: joint * n, gain: 1.0, reason })
 }
 
 /// Replaces clusters `a` and `b` by the proposal; the larger one's id stays.
@@ -246,7 +268,7 @@ fn apply(state: &mut State, params: &Params, a: usize, b: usize, proposal: Propo
     }
     let revision = state.new_revision();
     let mut rng = stream(params.seed, Purpose::Merge, state.iteration, revision as u32);
-    let sigma = state.model.draw_sigma(proposal.cost, n, &mut rng);
+    let sigma = state.model.draw_sigma(proposal.sum_d2, n, &mut rng);
     let (into, merged) = (state.clusters[keep].id, (state.clusters[a].id, state.clusters[b].id));
     let cluster = &mut state.clusters[keep];
     (cluster.shape, cluster.sigma, cluster.revision) = (proposal.shape, sigma, revision);

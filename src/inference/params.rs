@@ -1,6 +1,7 @@
 //! What a person can turn: one struct for the sliders, the command line and
 //! the report.
 
+use crate::geometry::kernel::Distance;
 use serde::{Deserialize, Serialize};
 
 /// Parameters of the inference. The defaults are the paper's.
@@ -21,12 +22,17 @@ pub struct Params {
     pub seed: u64,
     /// Which clusters are merged, and by which test.
     pub merge: MergeRule,
+    /// What a fit minimises: the paper's radial distance, or its first-order
+    /// correction to the Euclidean one, which does not blow up on thin plates
+    /// and long rods.
+    pub fit_distance: Distance,
     /// Freeze the points of well fitted clusters (a speed-up of the authors'
     /// program that also locks mistakes in).
     pub freeze: bool,
-    /// At the end, give the points that the last sweep left waiting to the
-    /// nearest primitive, unless they are outliers.
-    pub assign_leftovers: bool,
+    /// After the last iteration, refine by descent on the description length:
+    /// assign every point that is no outlier, refit, split and merge until
+    /// nothing changes.
+    pub refine: bool,
 }
 
 /// The test by which two clusters become one.
@@ -51,8 +57,9 @@ impl Default for Params {
             clusters: 30,
             seed: 1,
             merge: MergeRule::DescriptionLength,
+            fit_distance: Distance::FirstOrder,
             freeze: false,
-            assign_leftovers: true,
+            refine: true,
         }
     }
 }
@@ -66,7 +73,13 @@ impl Params {
 
     /// The steps and defaults of the paper and its authors' program.
     pub fn paper() -> Self {
-        Self { merge: MergeRule::Paper, freeze: true, assign_leftovers: false, ..Self::default() }
+        Self {
+            merge: MergeRule::Paper,
+            fit_distance: Distance::Radial,
+            freeze: true,
+            refine: false,
+            ..Self::default()
+        }
     }
 
     /// Says which parameter is out of its limits, if one is.

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 use super::abstraction::{Abstraction, Figures, MergeReport, Occurrence, Phase, Primitive, UNASSIGNED};
 use super::adjust::{self, LATE_ITERATION};
 use super::finish;
-use super::fit::{Effort, START_SHRINK, fit};
+use super::fit::{Effort, START_SHRINK, fit, sum_squared_radial};
 use super::frame::Frame;
 use super::kmeans::kmeans;
 use super::merge::{MergeCache, merge_once};
@@ -22,6 +22,10 @@ use crate::geometry::SampleCloud;
 
 /// Iterations between two merge passes.
 const MERGE_INTERVAL: u32 = 15;
+/// The fits of the first iterations, and of every so many later ones, explore
+/// other starts and configurations than that of the iteration before.
+const EXPLORE_FIRST: u32 = 3;
+const EXPLORE_INTERVAL: u32 = 4;
 /// Mean d² under which a cluster's points are frozen, where freezing is on.
 const FREEZE: f64 = 5e-3;
 
@@ -188,6 +192,7 @@ impl Sampler {
     /// Fits every primitive to its points and draws its σ. Late in the run
     /// only the largest connected component counts; the others are released.
     fn optimize(&mut self, cancel: &Cancel) {
+        let params = self.params;
         let state = &mut self.state;
         let model = state.model.clone();
         let late = state.iteration > LATE_ITERATION;
@@ -205,8 +210,13 @@ impl Sampler {
                     kept = members[j].clone();
                     released = Vec::new();
                 }
-                let warm = [state.clusters[j].shape];
-                let found = fit(&model.gather(&kept), &warm, model.axis_floor(), Effort::ITERATION, cancel);
+                let points = model.gather(&kept);
+                let turn = state.iteration + state.clusters[j].id;
+                let explore = state.iteration <= EXPLORE_FIRST || turn.is_multiple_of(EXPLORE_INTERVAL);
+                let effort = if explore { Effort::ITERATION } else { Effort::FOLLOW };
+                let (warm, floor) = ([state.clusters[j].shape], model.axis_floor());
+                let found = fit(&points, &warm, floor, effort, params.fit_distance, cancel)
+                    .map(|m| (m.shape, sum_squared_radial(&m.shape, &points)));
                 (found, kept.len(), released)
             })
             .collect();
@@ -214,13 +224,13 @@ impl Sampler {
             for i in released {
                 state.labels[i as usize] = UNASSIGNED;
             }
-            let Some(found) = found else { continue };
             let revision = state.new_revision();
             let cluster = &mut state.clusters[j];
-            let mut rng = stream(self.params.seed, Purpose::Sigma, state.iteration, cluster.id);
-            cluster.shape = found.shape;
-            cluster.sigma = model.draw_sigma(found.cost, n, &mut rng);
             cluster.revision = revision;
+            let Some((shape, sum_d2)) = found else { continue };
+            let mut rng = stream(params.seed, Purpose::Sigma, state.iteration, cluster.id);
+            cluster.shape = shape;
+            cluster.sigma = model.draw_sigma(sum_d2, n, &mut rng);
         }
     }
 
@@ -228,7 +238,7 @@ impl Sampler {
         let members = self.state.members();
         for (cluster, points) in self.state.clusters.iter().zip(&members) {
             let gathered = self.state.model.gather(points);
-            let mean_d2 = super::trust_region::cost(&cluster.shape, &gathered) / points.len().max(1) as f64;
+            let mean_d2 = sum_squared_radial(&cluster.shape, &gathered) / points.len().max(1) as f64;
             if mean_d2 <= FREEZE && points.iter().any(|&i| !self.state.frozen[i as usize]) {
                 occurrences.push(Occurrence::Froze { id: cluster.id });
                 for &i in points {
@@ -248,10 +258,9 @@ impl Sampler {
     }
 
     fn finish(&mut self, cancel: &Cancel, occurrences: &mut Vec<Occurrence>) {
-        if self.params.assign_leftovers {
-            finish::assign_leftovers(&mut self.state);
+        if self.params.refine {
+            finish::refine(&mut self.state, &mut self.cache, &self.params, cancel, occurrences);
         }
-        let _ = (cancel, occurrences);
     }
 
     /// The present state in input units.

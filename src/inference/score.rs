@@ -14,6 +14,7 @@
 
 use nalgebra::Point3;
 
+use crate::geometry::kernel::{self, Distance};
 use crate::geometry::superquadric::PARAMETERS;
 use crate::geometry::{Superquadric, tessellate};
 
@@ -26,6 +27,10 @@ const SIGMA_FLOOR: f64 = 0.3;
 pub(crate) struct Description {
     /// Nats, its parameters included.
     pub(crate) length: f64,
+    /// ln A + ½ ln 2πσ².
+    pub(crate) per_point: f64,
+    /// The noise that the description uses.
+    pub(crate) sigma: f64,
     /// Root mean square first-order distance.
     pub(crate) rms: f64,
 }
@@ -39,11 +44,15 @@ pub(crate) fn describe(
 ) -> Description {
     let n = points.len() as f64;
     let total = total as f64;
-    let mean_square = points.iter().map(|p| shape.first_order_distance(p).powi(2)).sum::<f64>() / n;
+    let mean_square = kernel::cost(shape, &points.iter().copied().collect(), Distance::FirstOrder) / n;
     let variance = mean_square.max((SIGMA_FLOOR * spacing).powi(2));
     let area = tessellate::surface_area(shape).max(f64::MIN_POSITIVE);
-    let per_point =
-        area.ln() + 0.5 * (2.0 * std::f64::consts::PI * variance).ln() + 0.5 * mean_square / variance
-            - (n / total).ln();
-    Description { length: n * per_point + 0.5 * PARAMETERS as f64 * total.ln(), rms: mean_square.sqrt() }
+    let per_point = area.ln() + 0.5 * (2.0 * std::f64::consts::PI * variance).ln();
+    let length = n * (per_point + 0.5 * mean_square / variance - (n / total).ln());
+    Description {
+        length: length + 0.5 * PARAMETERS as f64 * total.ln(),
+        per_point,
+        sigma: variance.sqrt(),
+        rms: mean_square.sqrt(),
+    }
 }

@@ -10,6 +10,7 @@ use rand_distr::{Distribution, Gamma};
 use super::abstraction::UNASSIGNED;
 use super::frame::Frame;
 use crate::geometry::Superquadric;
+use crate::geometry::kernel::PointBlock;
 use crate::geometry::neighbors::{KdTree, RadiusGraph};
 
 /// A cluster needs more points than this, all in one connected component.
@@ -30,6 +31,8 @@ const AXIS_FLOOR: f64 = 0.05;
 pub(crate) struct Model {
     pub(crate) frame: Frame,
     pub(crate) points: Vec<Point3<f64>>,
+    /// The same points as the kernel wants them.
+    pub(crate) block: PointBlock,
     /// Mean spacing s̄.
     pub(crate) spacing: f64,
     /// Points within 2·s̄.
@@ -42,7 +45,7 @@ impl Model {
         let tree = KdTree::new(&points);
         let spacing = tree.mean_spacing(SPACING_NEIGHBORS);
         let graph = RadiusGraph::new(&tree, &points, CONNECTION_RADIUS * spacing, MAX_DEGREE);
-        Self { frame, points, spacing, graph }
+        Self { frame, block: points.iter().copied().collect(), points, spacing, graph }
     }
 
     pub(crate) fn sigma_floor(&self) -> f64 {

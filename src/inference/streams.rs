@@ -15,6 +15,7 @@ pub(crate) enum Purpose {
     Sigma,
     Split,
     Merge,
+    Cut,
 }
 
 /// The random stream of one purpose at one iteration (and for one cluster,

@@ -12,14 +12,17 @@ use super::params::Params;
 use super::state::{Cluster, Model, SMALLEST_CLUSTER, State};
 use super::streams::{Purpose, stream};
 use crate::geometry::Superquadric;
+use crate::geometry::kernel::{self, Distance};
 
 /// N(d(θ, xᵢ); σ)·½ for every point: the existing-cluster term of the paper's
 /// Gibbs step without its count. Underflow to 0 far away is meant: there the
 /// new table wins.
 fn density(model: &Model, shape: &Superquadric, sigma: f64) -> Vec<f64> {
     let factor = 0.5 / (sigma * (2.0 * std::f64::consts::PI).sqrt());
-    let exponent = -0.5 / (sigma * sigma);
-    model.points.iter().map(|p| factor * (exponent * shape.radial_distance(p).powi(2)).exp()).collect()
+    let mut values = Vec::new();
+    kernel::distances(shape, &model.block, Distance::Radial, &mut values);
+    kernel::gaussian(&mut values, factor, sigma);
+    values
 }
 
 /// The tables while points sit down one after another.

@@ -1,13 +1,13 @@
 //! Bounded Levenberg–Marquardt on the signed radial distance of one
 //! primitive's points.
 
-use nalgebra::{Point3, SMatrix, SVector, Vector3};
+use nalgebra::{SVector, Vector3};
 
 use super::sampler::Cancel;
 use crate::geometry::Superquadric;
+use crate::geometry::kernel::{self, Distance, PointBlock};
 use crate::geometry::superquadric::PARAMETERS;
 
-type Matrix = SMatrix<f64, PARAMETERS, PARAMETERS>;
 type Vector = SVector<f64, PARAMETERS>;
 
 /// Exponents in fits: the paper's range is (0, 2); at its ends the powers
@@ -37,48 +37,9 @@ pub(crate) enum Stop {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Minimum {
     pub(crate) shape: Superquadric,
-    /// Σ r², the squared radial distances.
+    /// Σ d² of the points, by the distance that was minimised.
     pub(crate) cost: f64,
     pub(crate) stop: Stop,
-}
-
-/// JᵀJ, Jᵀr, Σr² of the points, and their box in the primitive's frame.
-struct NormalEquations {
-    jtj: Matrix,
-    jtr: Vector,
-    cost: f64,
-    low: Vector3<f64>,
-    high: Vector3<f64>,
-}
-
-/// Σ r² of the points.
-pub(crate) fn cost(shape: &Superquadric, points: &[Point3<f64>]) -> f64 {
-    points.iter().map(|p| shape.radial_distance(p).powi(2)).sum()
-}
-
-fn normal_equations(shape: &Superquadric, points: &[Point3<f64>]) -> NormalEquations {
-    // The lower triangle in plain arrays: the hot loop of the whole program.
-    let mut jtj = [[0.0; PARAMETERS]; PARAMETERS];
-    let mut jtr = [0.0; PARAMETERS];
-    let mut cost = 0.0;
-    let mut low = Vector3::repeat(f64::INFINITY);
-    let mut high = Vector3::repeat(f64::NEG_INFINITY);
-    for x in points {
-        let p = shape.local(x);
-        low = low.inf(&p);
-        high = high.sup(&p);
-        let d = shape.derivatives(x);
-        cost += d.r * d.r;
-        for (i, row) in jtj.iter_mut().enumerate() {
-            let ji = d.parameters[i];
-            jtr[i] += ji * d.r;
-            for (entry, jk) in row.iter_mut().zip(&d.parameters).take(i + 1) {
-                *entry += ji * jk;
-            }
-        }
-    }
-    let jtj = Matrix::from_fn(|i, j| if i >= j { jtj[i][j] } else { jtj[j][i] });
-    NormalEquations { jtj, jtr: Vector::from(jtr), cost, low, high }
 }
 
 /// The parameters as LM sees them: the pose as an increment.
@@ -111,11 +72,12 @@ fn bounds(low: &Vector3<f64>, high: &Vector3<f64>, smallest_axis: f64) -> (Vecto
     )
 }
 
-/// Minimises Σ r² over all 13 parameters from `start`, in at most
+/// Minimises Σ d² over all 13 parameters from `start`, in at most
 /// `iterations` steps, until a step gains less than `tolerance` (relative).
 /// Semi-axes stay at or above `smallest_axis`.
 pub(crate) fn minimize(
-    points: &[Point3<f64>],
+    points: &PointBlock,
+    distance: Distance,
     start: &Superquadric,
     smallest_axis: f64,
     iterations: usize,
@@ -131,7 +93,7 @@ pub(crate) fn minimize(
             stop = Stop::Cancelled;
             break;
         }
-        let normal = normal_equations(&shape, points);
+        let normal = kernel::normal_equations(&shape, points, distance);
         cost_now = normal.cost;
         if !cost_now.is_finite() || !normal.jtj.iter().all(|v| v.is_finite()) {
             stop = Stop::NotFinite;
@@ -172,7 +134,7 @@ pub(crate) fn minimize(
             };
             let next = (now + factor.solve(&g)).sup(&lo).inf(&hi);
             let candidate = shape_of(&shape, &next);
-            let cost_next = cost(&candidate, points);
+            let cost_next = kernel::cost(&candidate, points, distance);
             if cost_next < cost_now {
                 let gain = (cost_now - cost_next) / cost_now;
                 shape = candidate;
@@ -190,7 +152,7 @@ pub(crate) fn minimize(
         break;
     }
     if !cost_now.is_finite() && stop != Stop::NotFinite {
-        cost_now = cost(&shape, points);
+        cost_now = kernel::cost(&shape, points, distance);
     }
     Minimum { shape, cost: cost_now, stop }
 }
