@@ -199,16 +199,15 @@ mod tests {
     use proptest::prelude::*;
 
     fn any_camera() -> impl Strategy<Value = Camera> {
-        (-2.0..2.0, -2.0..2.0, 0.01..50.0, 0.0..6.28, -1.57..1.57, any::<bool>(), 0.3..4.0).prop_map(
-            |(x, z, distance, yaw, pitch, orthographic, aspect)| Camera {
+        (-2.0..2.0, -2.0..2.0, 0.01..50.0, 0.0..std::f64::consts::TAU, -1.57..1.57, any::<bool>(), 0.3..4.0)
+            .prop_map(|(x, z, distance, yaw, pitch, orthographic, aspect)| Camera {
                 target: Point3::new(x, 0.3, z),
                 distance,
                 yaw,
                 pitch,
                 orthographic,
                 aspect,
-            },
-        )
+            })
     }
 
     proptest! {

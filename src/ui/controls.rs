@@ -4,6 +4,7 @@ use egui::{DragValue, Grid, Label, RichText, Slider, Ui};
 
 use super::theme::{self, Palette};
 use super::widgets::{choice, count, divide, fact, length, primary_button, section, verb_button};
+use crate::geometry::kernel::Distance;
 use crate::inference::{MergeRule, Params};
 use crate::io::ShapeGeometry;
 use crate::session::Session;
@@ -154,33 +155,56 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 "Seed of every random draw: the same seed, the same result. Taken at the next start.",
             );
     });
-    ui.horizontal(|ui| {
-        let label = labelled(ui, "Merging");
-        egui::ComboBox::from_id_salt("merge rule")
-            .selected_text(merge_text(p.merge))
-            .width(ui.available_width() - 8.0)
-            .show_ui(ui, |ui| {
-                for rule in [MergeRule::DescriptionLength, MergeRule::Paper, MergeRule::None] {
-                    ui.selectable_value(&mut p.merge, rule, merge_text(rule)).on_hover_text(match rule {
-                        MergeRule::DescriptionLength => {
-                            "First the pair whose merge shortens the description of the cloud most"
-                        }
-                        MergeRule::Paper => "The thresholds of the paper's authors, largest cluster first",
-                        MergeRule::None => "No merging; Step merge finds no pair",
-                    });
-                }
-            })
-            .response
-            .labelled_by(label)
-            .on_hover_text("The test by which two primitives become one");
-    });
-    ui.horizontal(|ui| {
-        ui.allocate_space(egui::vec2(LABELS, theme::ROW));
-        ui.checkbox(&mut p.freeze, "Freeze good fits").on_hover_text(
+    Choices {
+        label: "Merging",
+        tooltip: "The test by which two primitives become one. Taken at the next merge.",
+        options: &[
+            (
+                MergeRule::DescriptionLength,
+                "Description length",
+                "First the pair whose merge shortens the description of the cloud most",
+            ),
+            (
+                MergeRule::Paper,
+                "Paper's thresholds",
+                "The thresholds of the paper's authors, largest cluster first",
+            ),
+            (MergeRule::None, "None", "No merging; Step merge finds no pair"),
+        ],
+    }
+    .show(ui, &mut p.merge);
+    Choices {
+        label: "Fit distance",
+        tooltip: "What the fit of a primitive minimises. Taken at the next iteration.",
+        options: &[
+            (
+                Distance::FirstOrder,
+                "First order",
+                "Close to the Euclidean distance, also on thin plates and long rods",
+            ),
+            (Distance::Radial, "Radial", "The paper's distance along the ray from the primitive's centre"),
+        ],
+    }
+    .show(ui, &mut p.fit_distance);
+    for (value, text, tooltip) in [
+        (
+            &mut p.refine,
+            "Refine at the end",
+            "After the last iteration, assign, refit, split and merge until the description of the cloud \
+             gets no shorter",
+        ),
+        (
+            &mut p.freeze,
+            "Freeze good fits",
             "Points of well fitted primitives keep their label in later sweeps: faster, as in the paper, \
              but mistakes are kept too",
-        );
-    });
+        ),
+    ] {
+        ui.horizontal(|ui| {
+            ui.allocate_space(egui::vec2(LABELS, theme::ROW));
+            ui.checkbox(value, text).on_hover_text(tooltip);
+        });
+    }
     if let Some(start) = session.stale_start() {
         let text = format!(
             "K and seed are taken at the next start; this run has K = {}, seed {}.",
@@ -207,11 +231,31 @@ fn labelled(ui: &mut Ui, text: &str) -> egui::Id {
     .inner
 }
 
-fn merge_text(rule: MergeRule) -> &'static str {
-    match rule {
-        MergeRule::None => "None",
-        MergeRule::Paper => "Paper's thresholds",
-        MergeRule::DescriptionLength => "Description length",
+/// A parameter that is one of a few.
+struct Choices<'a, T> {
+    label: &'static str,
+    tooltip: &'static str,
+    /// Value, text and tooltip.
+    options: &'a [(T, &'static str, &'static str)],
+}
+
+impl<T: Copy + PartialEq> Choices<'_, T> {
+    fn show(&self, ui: &mut Ui, value: &mut T) {
+        ui.horizontal(|ui| {
+            let label = labelled(ui, self.label);
+            let chosen = self.options.iter().find(|(v, ..)| v == value).map_or("", |(_, text, _)| text);
+            egui::ComboBox::from_id_salt(self.label)
+                .selected_text(chosen)
+                .width(ui.available_width() - 8.0)
+                .show_ui(ui, |ui| {
+                    for (option, text, tooltip) in self.options {
+                        ui.selectable_value(value, *option, *text).on_hover_text(*tooltip);
+                    }
+                })
+                .response
+                .labelled_by(label)
+                .on_hover_text(self.tooltip);
+        });
     }
 }
 

@@ -2,6 +2,7 @@
 //! there is none, a field to type the path into.
 
 use std::path::PathBuf;
+use std::pin::Pin;
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 use std::time::{Duration, Instant};
 
@@ -10,8 +11,12 @@ use egui::{Context, Label, Modal, RichText, TextEdit};
 use super::theme::Palette;
 use crate::session::action::{Action, Export};
 
-/// A dialog that a person cancelled was open for longer.
-const TOO_FAST_FOR_A_PERSON: Duration = Duration::from_millis(60);
+/// A dialog that a person cancelled was open for longer; where there is none,
+/// the answer comes within some 15 ms.
+const TOO_FAST_FOR_A_PERSON: Duration = Duration::from_millis(150);
+
+/// The system's dialog, on its way to a path.
+type Answer = Pin<Box<dyn Future<Output = Option<rfd::FileHandle>> + Send>>;
 
 /// What the path is for.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -59,8 +64,8 @@ impl Purpose {
 struct Pending {
     purpose: Purpose,
     suggestion: String,
-    asked: Instant,
-    answer: Receiver<Option<PathBuf>>,
+    /// The path, and how long it took to come.
+    answer: Receiver<(Option<PathBuf>, Duration)>,
 }
 
 /// The field to type a path into.
@@ -104,23 +109,23 @@ impl Dialogs {
         let dialog = rfd::AsyncFileDialog::new().set_title(purpose.title()).add_filter(kind, extensions);
         let (sender, answer) = sync_channel(1);
         let ctx = ctx.clone();
-        let wait = move |future: std::pin::Pin<Box<dyn Future<Output = Option<rfd::FileHandle>> + Send>>| {
+        let wait = move |future: Answer| {
+            // Measured here: a slow frame of the window's must not count.
+            let asked = Instant::now();
             let path = pollster::block_on(future).map(|handle| handle.path().to_owned());
             // The window may have been closed meanwhile: then nobody wants to know.
-            let _ = sender.send(path);
+            let _ = sender.send((path, asked.elapsed()));
             ctx.request_repaint();
         };
         // The dialog is made here, because some systems insist on the window's thread, and awaited there.
-        let future: std::pin::Pin<Box<dyn Future<Output = Option<rfd::FileHandle>> + Send>> =
-            if purpose == Purpose::Open {
-                Box::pin(dialog.pick_file())
-            } else {
-                Box::pin(dialog.set_file_name(&suggestion).save_file())
-            };
+        let future: Answer = if purpose == Purpose::Open {
+            Box::pin(dialog.pick_file())
+        } else {
+            Box::pin(dialog.set_file_name(&suggestion).save_file())
+        };
         match std::thread::Builder::new().name("file dialog".to_owned()).spawn(move || wait(future)) {
             Ok(_) => {
-                let asked = Instant::now();
-                self.pending = Some(Pending { purpose, suggestion, asked, answer });
+                self.pending = Some(Pending { purpose, suggestion, answer });
             }
             Err(error) => {
                 tracing::warn!("no thread for the file dialog: {error}");
@@ -137,16 +142,16 @@ impl Dialogs {
 
     fn receive(&mut self, actions: &mut Vec<Action>) {
         let Some(pending) = &self.pending else { return };
-        let answer = match pending.answer.try_recv() {
+        let (answer, took) = match pending.answer.try_recv() {
             Ok(answer) => answer,
             Err(TryRecvError::Empty) => return,
-            Err(TryRecvError::Disconnected) => None,
+            // The dialog's thread has died: as if there were no dialog.
+            Err(TryRecvError::Disconnected) => (None, Duration::ZERO),
         };
-        let at_once = pending.asked.elapsed() < TOO_FAST_FOR_A_PERSON;
         let Some(pending) = self.pending.take() else { return };
         match answer {
             Some(path) => actions.push(pending.purpose.action(path)),
-            None if at_once => {
+            None if took < TOO_FAST_FOR_A_PERSON => {
                 let reason = Some("The system offers no file dialog here (no desktop portal answered).");
                 let (purpose, text) = (pending.purpose, pending.suggestion);
                 self.prompt = Some(Prompt { purpose, text, reason, is_new: true });

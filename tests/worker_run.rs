@@ -1,0 +1,89 @@
+//! The worker with the real sampler.
+#![allow(clippy::unwrap_used)]
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use superform::inference::{Params, Phase};
+use superform::worker::{Activity, Command, Event, SamplingOptions, Snapshot, Source, Worker};
+
+/// Longer than anything here takes; reached only by a failing test.
+const PATIENCE: Duration = Duration::from_secs(120);
+
+fn start() -> Worker {
+    let mut worker = Worker::spawn(|| {}).unwrap();
+    let params = Params { iterations: 8, clusters: 12, ..Params::default() };
+    worker.send(Command::SetParams(params));
+    let sampling = SamplingOptions { points: 800, seed: 3 };
+    worker.send(Command::Load { source: Source::BuiltIn, sampling });
+    until_idle(&mut worker);
+    worker
+}
+
+/// The snapshots up to the next rest.
+fn until_idle(worker: &mut Worker) -> Vec<Arc<Snapshot>> {
+    let mut snapshots = Vec::new();
+    loop {
+        match worker.next_event(PATIENCE).expect("the worker has fallen silent") {
+            Event::Snapshot(snapshot) => snapshots.push(snapshot),
+            Event::Activity(Activity::Idle) => return snapshots,
+            Event::Failed { what, error } => panic!("{what}: {error}"),
+            _ => {}
+        }
+    }
+}
+
+#[test]
+fn a_run_interrupted_again_and_again_gives_the_same_bits() {
+    let mut worker = start();
+    worker.send(Command::Run);
+    let whole = until_idle(&mut worker).pop().unwrap();
+    assert_eq!(whole.abstraction.phase, Phase::Finished);
+
+    worker.send(Command::Reset);
+    until_idle(&mut worker);
+    let mut last = None;
+    let mut pauses = 0;
+    while last.as_ref().is_none_or(|s: &Arc<Snapshot>| s.abstraction.phase != Phase::Finished) {
+        worker.send(Command::Run);
+        // Somewhere in the middle of the step after the first snapshot.
+        while let Some(event) = worker.next_event(PATIENCE) {
+            if let Event::Snapshot(snapshot) = event {
+                last = Some(snapshot);
+                break;
+            }
+        }
+        worker.send(Command::Pause);
+        let late = until_idle(&mut worker);
+        pauses += 1;
+        // A run that finished before the pause came in says that it is idle twice.
+        let finished = late.iter().chain(&last).any(|s| s.abstraction.phase == Phase::Finished);
+        last = late.into_iter().next_back().or(last);
+        if finished {
+            break;
+        }
+    }
+    assert!(pauses > 1, "it was never interrupted");
+    let pieced = last.unwrap();
+    assert_eq!(pieced.abstraction.labels, whole.abstraction.labels);
+    assert_eq!(pieced.abstraction.primitives, whole.abstraction.primitives);
+}
+
+#[test]
+fn the_results_of_a_step_are_exported() {
+    let folder = tempfile::tempdir().unwrap();
+    let (cloud, primitives) = (folder.path().join("cloud.ply"), folder.path().join("primitives.json"));
+    let mut worker = start();
+    worker.send(Command::StepIteration);
+    let state = until_idle(&mut worker).pop().unwrap();
+    worker.send(Command::ExportCloud(cloud.clone()));
+    until_idle(&mut worker);
+    worker.send(Command::ExportPrimitives(primitives.clone()));
+    until_idle(&mut worker);
+    assert!(std::fs::read(&cloud).unwrap().starts_with(b"ply"));
+    let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&primitives).unwrap()).unwrap();
+    let ids: Vec<u64> =
+        json["primitives"].as_array().unwrap().iter().map(|p| p["id"].as_u64().unwrap()).collect();
+    let expected: Vec<u64> = state.abstraction.primitives.iter().map(|p| u64::from(p.id)).collect();
+    assert_eq!(ids, expected);
+}
