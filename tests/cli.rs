@@ -1,4 +1,5 @@
 //! The program as a person or a script runs it.
+#![allow(clippy::unwrap_used)] // What can't be had in a helper fails the test, too.
 
 use std::fs;
 use std::path::Path;
@@ -180,6 +181,24 @@ fn without_a_display_the_job_is_done_all_the_same() {
     let report = json(&folder.path().join("superform-out/report.json"));
     assert_eq!(report["input"]["name"], "built-in chair");
     assert!(folder.path().join("superform-out/segmented.ply").is_file());
+}
+
+#[cfg(all(unix, not(target_os = "macos")))]
+#[test]
+fn a_display_that_does_not_answer_is_no_display() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_superform"))
+        .args(QUICK)
+        .current_dir(folder.path())
+        .env("DISPLAY", ":54321")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", stderr(&output));
+    let message = stderr(&output);
+    assert!(message.contains("doing the job without a window") && message.lines().count() == 1, "{message}");
+    assert!(folder.path().join("superform-out/primitives.json").is_file());
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Sampling: the right number of points, on the surface, evenly spread, the
 //! same every time, and each input point tied to its nearest sample.
+#![allow(clippy::unwrap_used)] // What can't be had in a helper fails the test, too.
 
 use nalgebra::{Point3, Vector3};
 use proptest::prelude::*;

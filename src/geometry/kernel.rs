@@ -191,7 +191,7 @@ fn local(c: &Coefficients, x: f64, y: f64, z: f64) -> [f64; 3] {
 #[inline(always)]
 fn radial(c: &Coefficients, x: f64, y: f64, z: f64) -> f64 {
     let [px, py, pz] = local(c, x, y, z);
-    let w = (pz * c.inv_a[2]).max(-1.0).min(1.0);
+    let w = (pz * c.inv_a[2]).clamp(-1.0, 1.0);
     let qx = px / (c.kx * w + 1.0).max(TAPER_FLOOR);
     let qy = py / (c.ky * w + 1.0).max(TAPER_FLOOR);
     let (nx, ny, nz) = (qx * c.inv_a[0], qy * c.inv_a[1], pz * c.inv_a[2]);
@@ -206,7 +206,7 @@ fn derivatives(c: &Coefficients, p: [f64; 3]) -> (f64, [f64; 3], [f64; PARAMETER
     let [px, py, pz] = p;
     let [ix, iy, iz] = c.inv_a;
     let raw = pz * iz;
-    let w = raw.max(-1.0).min(1.0);
+    let w = raw.clamp(-1.0, 1.0);
     let free = if raw.abs() < 1.0 { 1.0 } else { 0.0 };
     let (tx, ty) = (c.kx * w + 1.0, c.ky * w + 1.0);
     let (isx, isy) = (1.0 / tx.max(TAPER_FLOOR), 1.0 / ty.max(TAPER_FLOOR));
@@ -393,10 +393,10 @@ fn accumulate(c: &Coefficients, x: &[f64], y: &[f64], z: &[f64], distance: Dista
         for l in 0..LANES {
             sums.cost[l] += r[from + l] * r[from + l];
         }
-        for k in 0..3 {
+        for ((low, high), axis) in sums.low.iter_mut().zip(&mut sums.high).zip(&p) {
             for l in 0..LANES {
-                sums.low[k][l] = sums.low[k][l].min(p[k][from + l]);
-                sums.high[k][l] = sums.high[k][l].max(p[k][from + l]);
+                low[l] = low[l].min(axis[from + l]);
+                high[l] = high[l].max(axis[from + l]);
             }
         }
     }

@@ -3,56 +3,39 @@
 /// The colour of points that belong to no primitive.
 pub const UNASSIGNED_COLOR: [u8; 3] = [138, 138, 138];
 
-/// Forty colours. The first six are Okabe and Ito's; each further one is the
-/// colour farthest from all before it and from [`UNASSIGNED_COLOR`] in Oklab,
-/// the nearest of four distances counting: for usual sight, protanopia,
-/// deuteranopia and tritanopia (Machado et al. 2009). None is so dark or so
-/// pale that it drowns in a dark or a light background.
-const COLORS: [[u8; 3]; 40] = [
-    [0, 114, 178],
-    [230, 159, 0],
-    [0, 158, 115],
-    [204, 121, 167],
-    [86, 180, 233],
-    [213, 94, 0],
-    [144, 8, 56],
-    [80, 248, 192],
-    [0, 0, 232],
-    [224, 224, 0],
-    [88, 64, 120],
-    [184, 80, 248],
-    [152, 192, 144],
-    [152, 216, 248],
-    [160, 72, 40],
-    [136, 88, 120],
-    [80, 40, 176],
-    [208, 32, 200],
-    [224, 200, 104],
-    [0, 208, 200],
-    [248, 72, 104],
-    [128, 144, 232],
-    [224, 128, 32],
-    [200, 16, 96],
-    [184, 56, 160],
-    [72, 160, 192],
-    [72, 120, 216],
-    [88, 56, 248],
-    [40, 232, 144],
-    [120, 48, 88],
-    [152, 128, 72],
-    [96, 192, 96],
-    [40, 112, 64],
-    [160, 16, 0],
-    [152, 0, 144],
-    [240, 168, 184],
-    [208, 144, 152],
-    [160, 192, 248],
-    [248, 96, 200],
-    [136, 24, 200],
+/// As many colours as ids may need, which grow with every birth. The first six
+/// are Okabe and Ito's; each further one is the colour farthest from all before
+/// it and from [`UNASSIGNED_COLOR`] in Oklab, the nearest of four distances
+/// counting: for usual sight, protanopia, deuteranopia and tritanopia (Machado
+/// et al. 2009). None is so dark or so pale that it drowns in a dark or a light
+/// background.
+#[rustfmt::skip]
+const COLORS: [[u8; 3]; 120] = [
+    [0, 114, 178], [230, 159, 0], [0, 158, 115], [204, 121, 167], [86, 180, 233], [213, 94, 0],
+    [144, 8, 56], [80, 248, 192], [0, 0, 232], [224, 224, 0], [88, 64, 120], [184, 80, 248],
+    [152, 192, 144], [152, 216, 248], [160, 72, 40], [136, 88, 120], [80, 40, 176], [208, 32, 200],
+    [224, 200, 104], [0, 208, 200], [248, 72, 104], [128, 144, 232], [224, 128, 32], [200, 16, 96],
+    [184, 56, 160], [72, 160, 192], [72, 120, 216], [88, 56, 248], [40, 232, 144], [120, 48, 88],
+    [152, 128, 72], [96, 192, 96], [40, 112, 64], [160, 16, 0], [152, 0, 144], [240, 168, 184],
+    [208, 144, 152], [160, 192, 248], [248, 96, 200], [136, 24, 200], [160, 104, 136], [128, 232, 224],
+    [192, 208, 0], [184, 80, 0], [80, 72, 160], [144, 64, 136], [160, 240, 128], [104, 88, 224],
+    [248, 144, 96], [104, 168, 128], [160, 112, 176], [152, 0, 112], [200, 192, 72], [136, 160, 48],
+    [160, 80, 184], [0, 128, 248], [216, 144, 224], [224, 176, 216], [184, 120, 104], [216, 0, 72],
+    [184, 136, 208], [240, 144, 176], [112, 248, 80], [88, 80, 8], [112, 96, 160], [112, 48, 224],
+    [152, 152, 248], [248, 200, 160], [120, 128, 224], [80, 184, 120], [32, 80, 184], [192, 160, 248],
+    [144, 88, 72], [184, 88, 96], [216, 64, 208], [184, 192, 120], [200, 88, 160], [128, 136, 0],
+    [152, 224, 176], [136, 56, 80], [152, 184, 40], [224, 88, 80], [48, 8, 248], [192, 48, 120],
+    [160, 40, 104], [168, 32, 48], [152, 72, 96], [152, 128, 248], [208, 136, 80], [112, 224, 112],
+    [120, 72, 48], [80, 0, 200], [0, 136, 136], [224, 128, 176], [128, 200, 224], [144, 104, 40],
+    [96, 64, 144], [120, 224, 200], [208, 208, 136], [128, 96, 144], [104, 80, 248], [48, 120, 192],
+    [240, 56, 224], [112, 8, 160], [80, 128, 64], [248, 192, 248], [48, 136, 176], [136, 32, 128],
+    [144, 24, 160], [152, 16, 184], [248, 160, 160], [240, 96, 152], [136, 0, 104], [240, 128, 136],
+    [104, 16, 216], [176, 168, 72], [184, 128, 184], [144, 168, 216], [16, 96, 72], [168, 32, 208],
 ];
 
 /// The sRGB colour of the primitive with this id, the same in every picture
-/// and file. Ids 40 apart share a colour.
+/// and file. The smaller two ids, the better their colours can be told apart;
+/// ids 120 apart share one.
 pub fn color_of(id: u32) -> [u8; 3] {
     COLORS[id as usize % COLORS.len()]
 }
@@ -85,8 +68,9 @@ mod tests {
             for b in &all[..i] {
                 let (a, b) = (oklab(*a), oklab(*b));
                 let distance = (0..3).map(|k| (a[k] - b[k]).powi(2)).sum::<f64>().sqrt();
-                // About three just noticeable differences.
-                assert!(distance > 0.06, "{distance}");
+                // 0.02 is about one just noticeable difference.
+                let least = if i < 40 { 0.06 } else { 0.03 };
+                assert!(distance > least, "{distance}");
             }
         }
     }

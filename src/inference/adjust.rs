@@ -44,7 +44,7 @@ enum Verdict {
     /// Keep these points and refit; let the others go.
     Reduce {
         keep: Vec<u32>,
-        shape: Superquadric,
+        shape: Box<Superquadric>,
         sigma: f64,
         occurrence: Occurrence,
     },
@@ -77,7 +77,7 @@ pub(crate) fn adjust(state: &mut State, params: &Params, cancel: &Cancel, occurr
                 }
                 let revision = state.new_revision();
                 let cluster = &mut state.clusters[j];
-                (cluster.shape, cluster.sigma, cluster.revision) = (shape, sigma, revision);
+                (cluster.shape, cluster.sigma, cluster.revision) = (*shape, sigma, revision);
                 occurrences.push(occurrence);
             }
         }
@@ -106,7 +106,7 @@ fn judge(state: &State, params: &Params, j: usize, members: &[u32], cancel: &Can
         match fit(&points, warm, model.axis_floor(), Effort::ITERATION, params.fit_distance, cancel) {
             Some(m) => {
                 let sigma = model.draw_sigma(sum_squared_radial(&m.shape, &points), keep.len(), &mut rng);
-                Verdict::Reduce { keep, shape: m.shape, sigma, occurrence }
+                Verdict::Reduce { keep, shape: Box::new(m.shape), sigma, occurrence }
             }
             None => Verdict::Keep,
         }
