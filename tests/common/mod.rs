@@ -1,5 +1,6 @@
 //! What several test files share.
 #![allow(dead_code)] // Each test file uses its part.
+#![allow(clippy::unwrap_used, clippy::print_stdout)] // A failure fails the test; a skip is said.
 
 use std::path::{Path, PathBuf};
 
