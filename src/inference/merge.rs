@@ -177,15 +177,16 @@ fn first_by_thresholds(
     order.sort_by_key(|&j| (std::cmp::Reverse(members[j].len()), j));
     for (rank, &a) in order.iter().enumerate() {
         for &b in &order[rank + 1..] {
-            if cancel.is_requested() {
-                return None;
-            }
             let key = (state.clusters[a].revision, state.clusters[b].revision);
-            let proposal = cache
-                .0
-                .entry(key)
-                .or_insert_with(|| propose_by_thresholds(state, members, (a, b), params, cancel));
-            if let Some(p) = proposal {
+            if !cache.0.contains_key(&key) {
+                let proposal = propose_by_thresholds(state, members, (a, b), params, cancel);
+                // A cancelled fit says nothing about the pair.
+                if cancel.is_requested() {
+                    return None;
+                }
+                cache.0.insert(key, proposal);
+            }
+            if let Some(Some(p)) = cache.0.get(&key) {
                 return Some((a, b, p.clone()));
             }
         }
