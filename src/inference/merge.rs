@@ -1,7 +1,8 @@
 //! Merging: propose one primitive for the points of two clusters, and test
 //! it. Two rules: the authors' thresholds, and the description length.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
+use std::collections::btree_map::{BTreeMap, Entry};
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -178,15 +179,18 @@ fn first_by_thresholds(
     for (rank, &a) in order.iter().enumerate() {
         for &b in &order[rank + 1..] {
             let key = (state.clusters[a].revision, state.clusters[b].revision);
-            if !cache.0.contains_key(&key) {
-                let proposal = propose_by_thresholds(state, members, (a, b), params, cancel);
-                // A cancelled fit says nothing about the pair.
-                if cancel.is_requested() {
-                    return None;
+            let proposal = match cache.0.entry(key) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(unknown) => {
+                    let proposal = propose_by_thresholds(state, members, (a, b), params, cancel);
+                    // A cancelled fit says nothing about the pair.
+                    if cancel.is_requested() {
+                        return None;
+                    }
+                    unknown.insert(proposal)
                 }
-                cache.0.insert(key, proposal);
-            }
-            if let Some(Some(p)) = cache.0.get(&key) {
+            };
+            if let Some(p) = proposal {
                 return Some((a, b, p.clone()));
             }
         }
