@@ -23,10 +23,12 @@ use crate::geometry::Superquadric;
 const ROUNDS: u32 = 6;
 /// Random cuts that are tried of each cluster.
 const CUTS: u32 = 2;
-/// A point farther than this many mean spacings from every primitive (or this
-/// many standard deviations of its noise) is an outlier and stays unassigned.
+/// A lonely point farther than this many mean spacings from every primitive
+/// (and this many standard deviations of its noise) is an outlier and stays
+/// unassigned; lonely is who has fewer neighbours than a surface gives.
 const OUTLIER_SPACINGS: f64 = 2.0;
 const OUTLIER_SIGMAS: f64 = 4.0;
+const LONELY: usize = 4;
 
 /// Refines the state until nothing changes any more.
 pub(crate) fn refine(
@@ -82,13 +84,19 @@ fn describe_all(state: &State) -> Vec<Description> {
 /// clusters that end up too small. A cluster keeps only its largest connected
 /// component: the others go where they cost least among their neighbours.
 fn assign(state: &mut State) {
+    // Each round but the last removes a cluster, so this ends.
+    while !assign_once(state) {}
+}
+
+/// One assignment; whether every cluster came out large enough.
+fn assign_once(state: &mut State) -> bool {
     let model = state.model.clone();
     let total = model.points.len() as f64;
     let members = state.members();
     let gone: Vec<bool> = members.iter().map(|m| m.len() <= SMALLEST_CLUSTER).collect();
     state.remove_clusters(&gone);
     if state.clusters.is_empty() {
-        return;
+        return true;
     }
     let described = describe_all(state);
     let members = state.members();
@@ -137,17 +145,16 @@ fn assign(state: &mut State) {
             state.labels[i as usize] = label;
         }
     }
-    for (i, p) in model.points.iter().enumerate() {
-        let label = state.labels[i];
-        if label != UNASSIGNED {
-            let limit = (OUTLIER_SPACINGS * model.spacing).max(OUTLIER_SIGMAS * terms[label as usize].1);
-            if state.clusters[label as usize].shape.first_order_distance(p) > limit {
-                state.labels[i] = UNASSIGNED;
+    for (i, p) in (0u32..).zip(&model.points) {
+        let label = &mut state.labels[i as usize];
+        if *label != UNASSIGNED && model.graph.of(i).len() < LONELY {
+            let limit = (OUTLIER_SPACINGS * model.spacing).max(OUTLIER_SIGMAS * terms[*label as usize].1);
+            if state.clusters[*label as usize].shape.first_order_distance(p) > limit {
+                *label = UNASSIGNED;
             }
         }
     }
-    let gone: Vec<bool> = state.members().iter().map(|m| m.len() <= SMALLEST_CLUSTER).collect();
-    state.remove_clusters(&gone);
+    state.members().iter().all(|m| m.len() > SMALLEST_CLUSTER)
 }
 
 /// Fits the primitives whose points changed since they were last fitted.

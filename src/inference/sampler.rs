@@ -111,15 +111,14 @@ impl Sampler {
         &self.params
     }
 
-    /// Takes other parameters from the next step on. K (`clusters`) and the
-    /// seed only matter at the start of a run: a change of K is kept for the
-    /// next one, a change of the seed takes the later draws elsewhere.
+    /// Takes other parameters from the next step on, but for K (`clusters`)
+    /// and the seed: those belong to the start of a run and stay.
     pub fn set_params(&mut self, params: Params) -> Result<(), InferenceError> {
         params.check().map_err(InferenceError::Params)?;
         if (params.merge, params.fit_distance) != (self.params.merge, self.params.fit_distance) {
             self.cache = MergeCache::default();
         }
-        self.params = params;
+        self.params = Params { clusters: self.params.clusters, seed: self.params.seed, ..params };
         Ok(())
     }
 

@@ -350,6 +350,8 @@ impl Session {
         }
         let points = shape.cloud.points.len();
         self.messages.push(Level::Detail, format!("Loaded {name} with {points} samples"), "");
+        // What went wrong before doesn't concern the new shape.
+        self.messages.dismiss_errors();
         self.loaded = Some(shape);
         self.snapshot = None;
         self.merge_text = None;

@@ -112,6 +112,7 @@ fn a_failed_load_keeps_everything_and_says_so() {
     assert!(session.messages.open_error().is_some_and(|m| m.text.contains("bad.obj")));
     // What failed to load is not run when the next thing arrives.
     assert!(session.absorb(Event::Loaded(loaded())).is_empty());
+    assert!(session.messages.open_error().is_none(), "a shape that loads closes the error box");
 }
 
 #[test]

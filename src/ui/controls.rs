@@ -125,26 +125,22 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         label: "Concentration α",
         tooltip: "α, the concentration of the Chinese Restaurant Process: the larger, the more \
                   primitives are expected before a point is seen. Taken at the next iteration.",
-        logarithmic: true,
     }
     .show(ui, &mut p.alpha, Params::ALPHA);
     Row {
         label: "New cluster p0",
         tooltip: "p0, the density that a new primitive gives to any point. The larger, the nearer a \
                   point must lie to a primitive to stay with it. Taken at the next iteration.",
-        logarithmic: true,
     }
     .show(ui, &mut p.p0, Params::P0);
     Row {
         label: "Iterations T",
         tooltip: "T, the number of Gibbs iterations of a run. Taken at the next iteration.",
-        logarithmic: true,
     }
     .show(ui, &mut p.iterations, Params::ITERATIONS);
     Row {
         label: "Clusters K",
         tooltip: "K, the number of k-means clusters that a run starts with. Taken at the next start.",
-        logarithmic: true,
     }
     .show(ui, &mut p.clusters, Params::CLUSTERS);
     ui.horizontal(|ui| {
@@ -263,7 +259,6 @@ impl<T: Copy + PartialEq> Choices<'_, T> {
 struct Row {
     label: &'static str,
     tooltip: &'static str,
-    logarithmic: bool,
 }
 
 impl Row {
@@ -272,7 +267,7 @@ impl Row {
             let label = labelled(ui, self.label);
             let gap = ui.spacing().item_spacing.x;
             ui.spacing_mut().slider_width = (ui.available_width() - NUMBER - gap).max(40.0);
-            ui.add(Slider::new(value, low..=high).logarithmic(self.logarithmic).show_value(false))
+            ui.add(Slider::new(value, low..=high).logarithmic(true).show_value(false))
                 .labelled_by(label)
                 .on_hover_text(self.tooltip);
             let decimals = if Num::INTEGRAL { 0 } else { 6 };

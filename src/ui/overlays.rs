@@ -47,8 +47,9 @@ impl Overlays {
         }
         ctx.request_repaint_after(std::time::Duration::from_secs_f64(left));
         Area::new(Id::unique("note"))
-            .pivot(Align2::CENTER_TOP)
-            .fixed_pos(viewport.center_top() + vec2(0.0, 14.0))
+            .pivot(Align2::CENTER_BOTTOM)
+            // Above the caption.
+            .fixed_pos(viewport.center_bottom() - vec2(0.0, 64.0))
             .interactable(false)
             .show(ctx, |ui| {
                 Frame::popup(ui.style()).show(ui, |ui| {

@@ -81,8 +81,7 @@ pub(super) fn choice(ui: &mut Ui, on: bool, text: &str, width: f32) -> bool {
     ui.add(button).clicked()
 }
 
-/// An eye that is open or shut; `label` says of what. Returns whether it was
-/// pressed.
+/// An eye that is open or shut; `label` says of what.
 pub(super) fn eye(ui: &mut Ui, open: bool, label: &str) -> Response {
     let (rect, response) = ui.allocate_exact_size(vec2(theme::ROW, theme::ROW), Sense::click());
     let enabled = ui.is_enabled();
@@ -131,7 +130,7 @@ fn lower_first(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
 }
 
-/// A number with thin groups of thousands: `12 345`.
+/// A number with its thousands grouped: `12,345`.
 pub(super) fn count(n: usize) -> String {
     let digits = n.to_string();
     let mut grouped = String::with_capacity(digits.len() * 4 / 3);
