@@ -146,8 +146,8 @@ impl Superquadric {
     }
 
     /// First-order Euclidean distance |r|/|∇ₓr| of a world point to the
-    /// surface: exact on planes, unlike |r| itself, which grows with the
-    /// distance from the centre on thin plates.
+    /// surface: near the surface the distance itself, unlike |r|, which on thin
+    /// plates grows with the distance from the centre.
     pub fn first_order_distance(&self, x: &Point3<f64>) -> f64 {
         let d = self.derivatives(x);
         // Along the untapered ray the slope is exactly 1, so |∇r| is never small
@@ -296,3 +296,6 @@ fn orthonormal(rotation: &Rotation3<f64>) -> Rotation3<f64> {
 fn beta(a: f64, b: f64) -> f64 {
     (libm::lgamma(a) + libm::lgamma(b) - libm::lgamma(a + b)).exp()
 }
+
+#[cfg(test)]
+mod tests;

@@ -75,7 +75,10 @@ pub(crate) fn fit(
     for _ in 0..if effort.explore { MAX_SWITCHES } else { 0 } {
         let better = similar_configurations(&best.shape)
             .into_iter()
-            .map(|start| probe(&start))
+            // (Duality shortens two axes.)
+            .map(|start| {
+                probe(&Superquadric { semi_axes: start.semi_axes.map(|a| a.max(smallest_axis)), ..start })
+            })
             .find(|m| m.cost < BETTER * best.cost);
         match better {
             Some(m) => best = m,

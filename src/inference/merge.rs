@@ -1,7 +1,8 @@
 //! Merging: propose one primitive for the points of two clusters, and test
 //! it. Two rules: the authors' thresholds, and the description length.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
+use std::collections::btree_map::{BTreeMap, Entry};
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
@@ -177,14 +178,18 @@ fn first_by_thresholds(
     order.sort_by_key(|&j| (std::cmp::Reverse(members[j].len()), j));
     for (rank, &a) in order.iter().enumerate() {
         for &b in &order[rank + 1..] {
-            if cancel.is_requested() {
-                return None;
-            }
             let key = (state.clusters[a].revision, state.clusters[b].revision);
-            let proposal = cache
-                .0
-                .entry(key)
-                .or_insert_with(|| propose_by_thresholds(state, members, (a, b), params, cancel));
+            let proposal = match cache.0.entry(key) {
+                Entry::Occupied(known) => known.into_mut(),
+                Entry::Vacant(unknown) => {
+                    let proposal = propose_by_thresholds(state, members, (a, b), params, cancel);
+                    // A cancelled fit says nothing about the pair.
+                    if cancel.is_requested() {
+                        return None;
+                    }
+                    unknown.insert(proposal)
+                }
+            };
             if let Some(p) = proposal {
                 return Some((a, b, p.clone()));
             }

@@ -21,3 +21,6 @@ mod trust_region;
 pub use abstraction::{Abstraction, Figures, MergeReport, Occurrence, Phase, Primitive, UNASSIGNED};
 pub use params::{MergeRule, Params};
 pub use sampler::{Cancel, InferenceError, Sampler};
+
+#[cfg(test)]
+mod tests;

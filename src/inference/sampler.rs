@@ -3,7 +3,6 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 
-use nalgebra::Point3;
 use rayon::prelude::*;
 
 use super::abstraction::{Abstraction, Figures, MergeReport, Occurrence, Phase, Primitive, UNASSIGNED};
@@ -15,7 +14,7 @@ use super::kmeans::kmeans;
 use super::merge::{MergeCache, merge_once};
 use super::moments::ellipsoid_of_moments;
 use super::params::Params;
-use super::state::{Cluster, Model, SMALLEST_CLUSTER, State};
+use super::state::{Cluster, Model, SMALLEST_CLUSTER, State, distinct};
 use super::streams::{Purpose, stream};
 use super::sweep::sweep;
 use crate::geometry::SampleCloud;
@@ -72,8 +71,9 @@ impl Sampler {
     pub fn new(cloud: Arc<SampleCloud>, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
         params.check().map_err(InferenceError::Params)?;
         let frame = Frame::of(&cloud.points);
-        let (Some(frame), true) = (frame, cloud.points.len() > SMALLEST_CLUSTER) else {
-            return Err(InferenceError::TooFewPoints { points: distinct(&cloud.points) });
+        let places = distinct(&cloud.points);
+        let (Some(frame), true) = (frame, places.len() > SMALLEST_CLUSTER) else {
+            return Err(InferenceError::TooFewPoints { points: places.len() });
         };
         let model = Arc::new(Model::new(frame, &cloud.points));
         if cancel.is_requested() {
@@ -115,7 +115,7 @@ impl Sampler {
     /// and the seed: those belong to the start of a run and stay.
     pub fn set_params(&mut self, params: Params) -> Result<(), InferenceError> {
         params.check().map_err(InferenceError::Params)?;
-        if params.merge != self.params.merge {
+        if (params.merge, params.fit_distance) != (self.params.merge, self.params.fit_distance) {
             self.cache = MergeCache::default();
         }
         self.params = Params { clusters: self.params.clusters, seed: self.params.seed, ..params };
@@ -304,11 +304,4 @@ impl Sampler {
             primitives: primitives.into(),
         }
     }
-}
-
-fn distinct(points: &[Point3<f64>]) -> usize {
-    let mut bits: Vec<[u64; 3]> = points.iter().map(|p| [p.x, p.y, p.z].map(f64::to_bits)).collect();
-    bits.sort_unstable();
-    bits.dedup();
-    bits.len()
 }

@@ -26,6 +26,16 @@ const MAX_DEGREE: usize = 48;
 const SIGMA_FLOOR: f64 = 0.05;
 const AXIS_FLOOR: f64 = 0.05;
 
+/// The points without their exact twins, in an order of their own.
+pub(crate) fn distinct(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
+    let mut places = points.to_vec();
+    // +0 makes −0 the same place as 0.
+    let key = |p: &Point3<f64>| [p.x, p.y, p.z].map(|c| (c + 0.0).to_bits());
+    places.sort_unstable_by_key(key);
+    places.dedup_by_key(|p| key(p));
+    places
+}
+
 /// The cloud in the normalised frame with what is derived from it once.
 #[derive(Debug)]
 pub(crate) struct Model {
@@ -43,7 +53,13 @@ impl Model {
     pub(crate) fn new(frame: Frame, input: &[Point3<f64>]) -> Self {
         let points: Vec<_> = input.iter().map(|p| frame.normalize(p)).collect();
         let tree = KdTree::new(&points);
-        let spacing = tree.mean_spacing(SPACING_NEIGHBORS);
+        // Twins would make the spacing 0, and all that is measured by it.
+        let places = distinct(&points);
+        let spacing = if places.len() == points.len() {
+            tree.mean_spacing(SPACING_NEIGHBORS)
+        } else {
+            KdTree::new(&places).mean_spacing(SPACING_NEIGHBORS)
+        };
         let graph = RadiusGraph::new(&tree, &points, CONNECTION_RADIUS * spacing, MAX_DEGREE);
         Self { frame, block: points.iter().copied().collect(), points, spacing, graph }
     }
