@@ -21,12 +21,17 @@ pub(crate) fn ellipsoid_of_moments(points: &[Point3<f64>], shrink: f64, floor: f
     let y: Vector3<f64> = eigen.eigenvectors.column(order[1]).into();
     // Right-handed whatever the signs that the decomposition chose.
     let rotation = Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, x.cross(&y)]));
-    let axis = |i: usize| (shrink * (5.0 * eigen.eigenvalues[order[i]].max(0.0)).sqrt()).max(floor);
+    let spread = |i: usize| (5.0 * eigen.eigenvalues[order[i]].max(0.0)).sqrt();
+    let axis = |i: usize| (shrink * spread(i)).max(floor);
+    // Points of a plane lie on a face of their plate, not half-way into it,
+    // where every ray but one leads to the far rim.
+    let flat = spread(0) < floor && spread(1) > floor;
+    let translation = if flat { mean + x * axis(0) } else { mean };
     Superquadric {
         exponents: [1.0, 1.0],
         semi_axes: Vector3::new(axis(0), axis(1), axis(2)),
         rotation,
-        translation: mean,
+        translation,
         taper: [0.0, 0.0],
     }
 }

@@ -61,11 +61,12 @@ fn shape_of(base: &Superquadric, v: &Vector) -> Superquadric {
 
 /// The box of each parameter where the points have the box (`low`, `high`) in
 /// the primitive's frame: each semi-axis at most half the extent along it, the
-/// centre inside.
+/// centre inside, but for the thickness of the thinnest plate.
 fn bounds(low: &Vector3<f64>, high: &Vector3<f64>, smallest_axis: f64) -> (Vector, Vector) {
     let half = ((high - low) * 0.5).map(|h| h.max(2.0 * smallest_axis));
     let (e0, e1) = EXPONENTS;
     let (a0, k, w) = (smallest_axis, LARGEST_TAPER, LARGEST_TURN);
+    let (low, high) = (low.add_scalar(-2.0 * a0), high.add_scalar(2.0 * a0));
     (
         Vector::from([e0, e0, a0, a0, a0, -w, -w, -w, low.x, low.y, low.z, -k, -k]),
         Vector::from([e1, e1, half.x, half.y, half.z, w, w, w, high.x, high.y, high.z, k, k]),
