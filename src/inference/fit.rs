@@ -3,7 +3,7 @@
 
 use nalgebra::{Point3, Rotation3, Vector3};
 
-use super::moments::{ellipsoid_of_moments, with_axis_as_z};
+use super::moments::{box_of_extents, ellipsoid_of_moments, with_axis_as_z};
 use super::sampler::Cancel;
 use super::trust_region::{Minimum, Stop, minimize};
 use crate::geometry::Superquadric;
@@ -15,6 +15,10 @@ pub(crate) const START_SHRINK: f64 = 0.25;
 const BETTER: f64 = 0.98;
 /// Switches of configuration in one fit.
 const MAX_SWITCHES: usize = 2;
+
+/// Points whose box is thinner than this share of its width are tried as a
+/// plate, too, which the moments hardly ever grow into.
+const PLATE: f64 = 0.1;
 
 /// Starts and configurations are tried on about this many of the points;
 /// thirteen parameters need no more to be told apart.
@@ -45,7 +49,7 @@ impl Effort {
     pub(crate) const THOROUGH: Self = Self { explore: true, probe: 8, polish: 40, tolerance: 1e-4 };
 }
 
-/// Fits a primitive to `points` from the moments and from the primitives
+/// Fits a primitive to `points` from the moments, from their box if it is a plate, and from the primitives
 /// `warm`; of all starts and configurations the one with the smallest Σ d².
 /// `smallest_axis` bounds the semi-axes from below.
 ///
@@ -69,8 +73,16 @@ pub(crate) fn fit(
             minimize(&few, Distance::Radial, start, smallest_axis, effort.probe, effort.tolerance, cancel);
         Minimum { cost: kernel::cost(&m.shape, &few, distance), ..m }
     };
-    let moments = effort.explore.then(|| ellipsoid_of_moments(points, START_SHRINK, smallest_axis));
-    let mut best = warm.iter().chain(&moments).map(probe).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let mut starts = warm.to_vec();
+    if effort.explore {
+        let moments = ellipsoid_of_moments(points, START_SHRINK, smallest_axis);
+        let plate = box_of_extents(points, &moments, smallest_axis);
+        if plate.semi_axes.x < PLATE * plate.semi_axes.y {
+            starts.push(plate);
+        }
+        starts.push(moments);
+    }
+    let mut best = starts.iter().map(probe).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
 
     for _ in 0..if effort.explore { MAX_SWITCHES } else { 0 } {
         let better = similar_configurations(&best.shape)

@@ -4,6 +4,9 @@ use nalgebra::{Matrix3, Point3, Rotation3, SymmetricEigen, Vector3};
 
 use crate::geometry::Superquadric;
 
+/// Exponents of the box start: sharper ones would leave the fit no gradient.
+const BOX_EXPONENT: f64 = 0.3;
+
 /// The ellipsoid of the points' moments: centroid, principal axes (longest
 /// along local z, where the taper runs), semi-axes √(5λ) of a solid ellipsoid
 /// with the same covariance, times `shrink`; semi-axes at least `floor`.
@@ -32,6 +35,29 @@ pub(crate) fn ellipsoid_of_moments(points: &[Point3<f64>], shrink: f64, floor: f
         semi_axes: Vector3::new(axis(0), axis(1), axis(2)),
         rotation,
         translation,
+        taper: [0.0, 0.0],
+    }
+}
+
+/// The points' box in the frame of `moments`, with edges a little rounded: the
+/// start from which plates and boards are found.
+pub(crate) fn box_of_extents(points: &[Point3<f64>], moments: &Superquadric, floor: f64) -> Superquadric {
+    let mut low = Vector3::repeat(f64::INFINITY);
+    let mut high = Vector3::repeat(f64::NEG_INFINITY);
+    for p in points {
+        let p = moments.local(p);
+        low = low.inf(&p);
+        high = high.sup(&p);
+    }
+    let semi_axes = ((high - low) * 0.5).map(|a| a.max(floor));
+    // As in the moments, the points of a plane lie on a face.
+    let flat = high.x - low.x < floor;
+    let center = (low + high) * 0.5 + Vector3::new(if flat { semi_axes.x } else { 0.0 }, 0.0, 0.0);
+    Superquadric {
+        exponents: [BOX_EXPONENT, BOX_EXPONENT],
+        semi_axes,
+        rotation: moments.rotation,
+        translation: moments.translation + moments.rotation * center,
         taper: [0.0, 0.0],
     }
 }
