@@ -9,6 +9,7 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 
 use super::abstraction::{Occurrence, UNASSIGNED};
+use super::adjust::bridges;
 use super::fit::{Effort, fit};
 use super::kmeans::kmeans;
 use super::merge::{MergeCache, merge_once};
@@ -213,6 +214,9 @@ fn split_all(
         .into_par_iter()
         .map(|j| {
             let points = model.gather(&members[j]);
+            // A bridge is cut at any price.
+            let least =
+                if bridges(&model, &state.clusters[j].shape, &members[j]) { f64::NEG_INFINITY } else { 0.0 };
             let mut best: Option<Cut> = None;
             if settled.whole.contains(&state.clusters[j].revision) {
                 return None;
@@ -241,7 +245,7 @@ fn split_all(
                 }
                 let gain = described[j].length - length;
                 if let Ok(parts) = <[_; 2]>::try_from(parts)
-                    && gain > best.as_ref().map_or(0.0, |b| b.0)
+                    && gain > best.as_ref().map_or(least, |b| b.0)
                 {
                     best = Some((gain, parts));
                 }

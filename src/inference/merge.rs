@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 use rayon::prelude::*;
 
 use super::abstraction::{MergeReport, UNASSIGNED};
-use super::adjust::LATE_ITERATION;
+use super::adjust::{LATE_ITERATION, bridges};
 use super::fit::{Effort, fit, sum_squared_radial};
 use super::params::{MergeRule, Params};
 use super::sampler::Cancel;
@@ -123,7 +123,8 @@ fn best_by_description(
         let fitted: Vec<_> = missing
             .par_iter()
             .map(|&(a, b)| {
-                let points = model.gather(&union(members, a, b));
+                let both = union(members, a, b);
+                let points = model.gather(&both);
                 let warm = [state.clusters[a].shape, state.clusters[b].shape];
                 let glance =
                     fit(&points, &warm, model.axis_floor(), Effort::GLANCE, params.fit_distance, cancel)?;
@@ -134,6 +135,9 @@ fn best_by_description(
                 let warm = [glance.shape];
                 let m =
                     fit(&points, &warm, model.axis_floor(), Effort::THOROUGH, params.fit_distance, cancel)?;
+                if bridges(model, &m.shape, &both) {
+                    return None;
+                }
                 let together = describe(&m.shape, &points, total, model.spacing);
                 let gain = alone[a] + alone[b] - together.length;
                 let reason = format!(
