@@ -9,6 +9,7 @@ use anyhow::Context as _;
 use egui::ColorImage;
 
 use crate::inference::{Params, Phase};
+use crate::io;
 use crate::session::{Action, Effect, Session};
 use crate::ui::{Interface, Purpose};
 use crate::worker::{Activity, Command, Event, Pace, SamplingOptions, Source, Worker};
@@ -313,10 +314,6 @@ fn write_png(path: &Path, picture: &ColorImage) -> anyhow::Result<()> {
     let bytes: Vec<u8> = picture.pixels.iter().flat_map(|pixel| pixel.to_array()).collect();
     let image = image::RgbaImage::from_raw(u32::try_from(width)?, u32::try_from(height)?, bytes)
         .context("the picture is incomplete")?;
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    let mut file = tempfile::NamedTempFile::new_in(folder)
-        .with_context(|| format!("the folder {} can't be written to", folder.display()))?;
-    image.write_to(&mut std::io::BufWriter::new(file.as_file_mut()), image::ImageFormat::Png)?;
-    file.persist(path)?;
+    io::write_picture(path, &image)?;
     Ok(())
 }

@@ -16,7 +16,8 @@ const BLOCK: usize = 64;
 /// Independent partial sums: one vector register's worth and more.
 const LANES: usize = 8;
 /// Gradients below this are not divided by: see
-/// [`Superquadric::first_order_distance`].
+/// [`Superquadric::first_order_distance`], which is this distance bounded from
+/// below by the way to the body's box.
 pub(crate) const SMALLEST_SLOPE: f64 = 0.25;
 
 /// Points as a structure of arrays.
@@ -251,6 +252,7 @@ fn derivatives(c: &Coefficients, p: [f64; 3]) -> (f64, [f64; 3], [f64; PARAMETER
     (r, gp, parameters)
 }
 
+/// What r is multiplied by where the local gradient is `g`.
 #[inline(always)]
 fn weight(distance: Distance, g: [f64; 3]) -> f64 {
     match distance {
@@ -470,7 +472,8 @@ mod tests {
             }
             distances(&shape, &block, Distance::FirstOrder, &mut out);
             for (p, d) in block.iter().zip(&out) {
-                let expected = shape.first_order_distance(&p);
+                let at = shape.derivatives(&p);
+                let expected = at.r.abs() / at.local_gradient.norm().max(SMALLEST_SLOPE);
                 assert!((d.abs() - expected).abs() <= 1e-9 * (1.0 + expected), "{d} {expected}");
             }
         }
@@ -488,7 +491,10 @@ mod tests {
                 let mut low = Vector3::repeat(f64::INFINITY);
                 for x in block.iter() {
                     let d = shape.derivatives(&x);
-                    let w = weight(distance, d.local_gradient.into());
+                    let w = match distance {
+                        Distance::Radial => 1.0,
+                        Distance::FirstOrder => 1.0 / d.local_gradient.norm().max(SMALLEST_SLOPE),
+                    };
                     let j = SVector::from(d.parameters) * w;
                     jtj += j * j.transpose();
                     jtr += j * d.r * w;

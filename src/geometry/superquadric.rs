@@ -152,7 +152,17 @@ impl Superquadric {
         let d = self.derivatives(x);
         // Along the untapered ray the slope is exactly 1, so |∇r| is never small
         // but for the widening by the taper, by 1 + |k| ≤ 2.
-        d.r.abs() / d.local_gradient.norm().max(0.25)
+        let linear = d.r.abs() / d.local_gradient.norm().max(0.25);
+        // Beyond the rim of a thin plate the gradient points across the plate,
+        // and the linear model claims less than the way to the body's box.
+        let beyond = (self.local(x).abs() - self.reach()).map(|v| v.max(0.0)).norm();
+        linear.max(beyond)
+    }
+
+    /// Half-extents of a local box that holds the body: a·(1 + |k|).
+    pub(crate) fn reach(&self) -> Vector3<f64> {
+        let [kx, ky] = self.taper.map(f64::abs);
+        self.semi_axes.component_mul(&Vector3::new(1.0 + kx, 1.0 + ky, 1.0))
     }
 
     /// Radial distance with all derivatives, at a world point.

@@ -5,12 +5,11 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use nalgebra::Point3;
 use rayon::prelude::*;
 
 use super::abstraction::{Occurrence, UNASSIGNED};
 use super::adjust::bridges;
-use super::fit::{Effort, fit};
+use super::fit::{Effort, fit, sum_squared_radial};
 use super::kmeans::kmeans;
 use super::merge::{MergeCache, merge_once};
 use super::params::Params;
@@ -19,6 +18,7 @@ use super::score::{Description, describe};
 use super::state::{Cluster, SMALLEST_CLUSTER, State};
 use super::streams::{Purpose, stream};
 use crate::geometry::Superquadric;
+use crate::geometry::kernel::{self, Distance};
 
 /// Rounds of assignment, fit, split and merge at most.
 const ROUNDS: u32 = 6;
@@ -56,6 +56,13 @@ pub(crate) fn refine(
         }
     }
     assign(state);
+    let model = state.model.clone();
+    for (j, points) in state.members().iter().enumerate() {
+        let cluster = &mut state.clusters[j];
+        let sum_d2 = sum_squared_radial(&cluster.shape, &model.gather(points));
+        let mut rng = stream(params.seed, Purpose::Refined, state.iteration, cluster.id);
+        cluster.sigma = model.draw_sigma(sum_d2, points.len(), &mut rng);
+    }
     // The last assignment moved points under unchanged revisions.
     *cache = MergeCache::default();
 }
@@ -107,20 +114,29 @@ fn assign_once(state: &mut State) -> bool {
         .zip(&members)
         .map(|(d, m)| (d.per_point - (m.len() as f64 / total).ln(), d.sigma))
         .collect();
-    let price = |j: usize, p: &Point3<f64>| {
-        let (base, sigma) = terms[j];
-        base + 0.5 * (state.clusters[j].shape.first_order_distance(p) / sigma).powi(2)
-    };
-    let prices: Vec<Vec<f64>> =
-        model.points.par_iter().map(|p| (0..terms.len()).map(|j| price(j, p)).collect()).collect();
+    // By cluster, then by point.
+    let prices: Vec<Vec<f64>> = state
+        .clusters
+        .par_iter()
+        .zip(&terms)
+        .map(|(cluster, (base, sigma))| {
+            let mut prices = Vec::new();
+            kernel::distances(&cluster.shape, &model.block, Distance::FirstOrder, &mut prices);
+            for d in &mut prices {
+                *d = base + 0.5 * (*d / sigma).powi(2);
+            }
+            prices
+        })
+        .collect();
     let cheapest = |i: usize, allowed: &dyn Fn(u32) -> bool| {
         (0u32..)
-            .zip(&prices[i])
+            .zip(&prices)
             .filter(|(j, _)| allowed(*j))
-            .min_by(|a, b| a.1.total_cmp(b.1))
+            .min_by(|a, b| a.1[i].total_cmp(&b.1[i]))
             .map_or(UNASSIGNED, |best| best.0)
     };
-    let mut labels: Vec<u32> = (0..prices.len()).into_par_iter().map(|i| cheapest(i, &|_| true)).collect();
+    let mut labels: Vec<u32> =
+        (0..model.points.len()).into_par_iter().map(|i| cheapest(i, &|_| true)).collect();
     // Points cut off from the largest component of their cluster look for a
     // neighbour that has one; a few rounds let labels travel into islands.
     std::mem::swap(&mut state.labels, &mut labels);

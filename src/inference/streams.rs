@@ -16,6 +16,7 @@ pub(crate) enum Purpose {
     Split,
     Merge,
     Cut,
+    Refined,
 }
 
 /// The random stream of one purpose at one iteration (and for one cluster,

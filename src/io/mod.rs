@@ -19,8 +19,8 @@ use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, samp
 
 pub use error::{Place, ReadError, WriteError};
 pub use write::{
-    Outcome, PRIMITIVES_FILE, PhaseTimes, REPORT_FILE, RunRecord, SEGMENTED_FILE, write_primitives_json,
-    write_report_json, write_run, write_segmented_ply,
+    Outcome, PRIMITIVES_FILE, PhaseTimes, REPORT_FILE, RunRecord, SEGMENTED_FILE, write_picture,
+    write_primitives_json, write_report_json, write_run, write_segmented_ply,
 };
 
 /// Largest file that is read, in bytes.

@@ -82,6 +82,15 @@ pub fn write_primitives_json(path: &Path, outcome: &Outcome<'_>) -> Result<(), W
     persist(file, path)
 }
 
+/// Writes a picture as PNG.
+///
+/// # Errors
+/// Where the file can't be written. It is written whole or not at all.
+pub fn write_picture(path: &Path, picture: &image::RgbaImage) -> Result<(), WriteError> {
+    let file = staged(path, |w| picture.write_to(w, image::ImageFormat::Png).map_err(io::Error::other))?;
+    persist(file, path)
+}
+
 /// Writes the report of a run as JSON: input, sampling, parameters, seed,
 /// number of points, K by iteration, merges, seconds a phase, unassigned
 /// points and mean distance.
@@ -150,7 +159,8 @@ fn staged(
     // Temporary files are private by default; results follow the umask.
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    let mut file = builder.tempfile_in(folder).map_err(failed)?;
+    // The kind alone: the full text names the temporary file, which means nothing to anybody.
+    let mut file = builder.tempfile_in(folder).map_err(|e| failed(e.kind().into()))?;
     let mut writer = BufWriter::with_capacity(1 << 18, file.as_file_mut());
     content(&mut writer).and_then(|()| writer.flush()).map_err(failed)?;
     drop(writer);

@@ -163,15 +163,19 @@ impl<M: Machine> Engine<M> {
                 return;
             }
             Command::Load { source, sampling } => {
-                self.halt(Activity::Loading);
-                self.load(&source, sampling);
+                let interrupted = self.halt(Activity::Loading);
+                if !self.load(&source, sampling) {
+                    self.work = interrupted;
+                }
             }
             Command::Resample(sampling) => {
-                self.halt(Activity::Loading);
-                self.resample(sampling);
+                let interrupted = self.halt(Activity::Loading);
+                if !self.resample(sampling) {
+                    self.work = interrupted;
+                }
             }
             Command::Reset => {
-                self.halt(Activity::Loading);
+                let _ = self.halt(Activity::Loading);
                 self.restart();
             }
             Command::Run => {
@@ -213,12 +217,14 @@ impl<M: Machine> Engine<M> {
         self.next_step = Instant::now();
     }
 
-    fn halt(&mut self, activity: Activity) {
-        self.work = Work::Nothing;
+    /// Lays the work down for another activity; what it was.
+    fn halt(&mut self, activity: Activity) -> Work {
         self.emit(Event::Activity(activity));
+        std::mem::replace(&mut self.work, Work::Nothing)
     }
 
-    fn load(&mut self, source: &Source, sampling: SamplingOptions) {
+    /// Whether there is a new shape; if not, all is as it was.
+    fn load(&mut self, source: &Source, sampling: SamplingOptions) -> bool {
         let what = match source {
             Source::File(path) => format!("{} could not be opened", path.display()),
             Source::BuiltIn => "The built-in shape could not be opened".to_owned(),
@@ -232,24 +238,26 @@ impl<M: Machine> Engine<M> {
             let shape = source::read(source).map_err(|error| Stop::trouble(what.as_str(), error))?;
             sampled::<M>(&what, shape, sampling, params, &cancel)
         });
-        self.take_in(outcome, sampling);
+        self.take_in(outcome, sampling)
     }
 
-    fn resample(&mut self, sampling: SamplingOptions) {
+    /// Whether there are new samples; if not, all is as it was.
+    fn resample(&mut self, sampling: SamplingOptions) -> bool {
         let Some(present) = &self.present else {
             self.fail("There is nothing to sample", "no shape is loaded; open one first");
-            return;
+            return false;
         };
         let shape = Arc::clone(&present.shape.shape);
         let cancel = self.cancel.clone();
         let params = self.params;
         let outcome =
             guarded(|| sampled::<M>("The shape could not be sampled anew", shape, sampling, params, &cancel));
-        self.take_in(outcome, sampling);
+        self.take_in(outcome, sampling)
     }
 
-    /// Makes a freshly loaded shape the present one, or leaves all as it is.
-    fn take_in(&mut self, outcome: Result<Fresh<M>, Stop>, sampling: SamplingOptions) {
+    /// Makes a freshly loaded shape the present one, or leaves all as it is;
+    /// which of the two.
+    fn take_in(&mut self, outcome: Result<Fresh<M>, Stop>, sampling: SamplingOptions) -> bool {
         match outcome {
             Ok(Fresh { shape, cloud, machine, abstraction }) => {
                 self.generation += 1;
@@ -259,8 +267,12 @@ impl<M: Machine> Engine<M> {
                 self.present =
                     Some(Present { shape, run: 1, start, machine, abstraction, elapsed: Duration::ZERO });
                 self.emit_snapshot(start, Vec::new());
+                true
             }
-            Err(stop) => self.report(stop),
+            Err(stop) => {
+                self.report(stop);
+                false
+            }
         }
     }
 
