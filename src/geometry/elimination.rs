@@ -24,11 +24,15 @@ pub(super) fn eliminate(candidates: &[Point3<f64>], wanted: usize, spacing: f64)
     if count <= wanted {
         return (0..count as u32).collect();
     }
-    let reach = 2.0 * spacing;
+    let tree = KdTree::new(candidates);
+    // Where the reach misses the neighbours all weigh nothing, and whole sides
+    // would go in order of index: a cloud of little more than the wanted number
+    // is even already, and says itself how far its neighbours are.
+    let thinned = tree.mean_spacing(5) * (count as f64 / wanted.max(1) as f64).sqrt();
+    let reach = 2.0 * spacing.max(0.55 * thinned);
     let least = reach * (1.0 - (wanted as f64 / count as f64).powf(GAMMA)) * BETA;
     let weight = |d2: f64| (1.0 - d2.sqrt().max(least) / reach).max(0.0).powi(ALPHA);
 
-    let tree = KdTree::new(candidates);
     // Neighbours are visited in the tree's order, so each sum has one order of
     // terms, whatever the number of threads.
     let weights = candidates
@@ -162,5 +166,24 @@ mod tests {
         let points = vec![Point3::origin(); 3];
         assert_eq!(eliminate(&points, 3, 1.0), [0, 1, 2]);
         assert_eq!(eliminate(&points, 2, 1.0).len(), 2);
+    }
+}
+
+#[cfg(test)]
+mod even_clouds {
+    use super::*;
+    use nalgebra::Point3;
+
+    /// A cloud that is even already loses points everywhere, not on one side.
+    #[test]
+    fn a_lattice_of_little_more_than_the_wanted_number_is_thinned_evenly() {
+        let lattice: Vec<_> = (0..75)
+            .flat_map(|i| (0..75).map(move |j| Point3::new(f64::from(i), f64::from(j), 0.0)))
+            .collect();
+        // However small the reach that the caller has in mind.
+        let kept = eliminate(&lattice, 3500, 0.1);
+        assert_eq!(kept.len(), 3500);
+        let left = kept.iter().filter(|&&i| lattice[i as usize].x < 37.0).count();
+        assert!((1500..2000).contains(&left), "{left} of 3500 are on the left");
     }
 }
