@@ -14,7 +14,8 @@ const GAMMA: f64 = 1.5;
 
 /// Picks `wanted` of the candidates (all, where there are no more), evenly
 /// spread; their indices, ascending. `spacing` is Yuksel's r_max: half the
-/// distance between neighbours in the densest even arrangement.
+/// distance between neighbours in the densest even arrangement, raised where the
+/// candidates lie farther apart than that.
 ///
 /// Each candidate weighs Σ_j (1 − d̂_ij/2r_max)^8 over its neighbours within
 /// 2·r_max, d̂ = max(d, 2·r_min). The heaviest goes, its neighbours grow
@@ -167,12 +168,6 @@ mod tests {
         assert_eq!(eliminate(&points, 3, 1.0), [0, 1, 2]);
         assert_eq!(eliminate(&points, 2, 1.0).len(), 2);
     }
-}
-
-#[cfg(test)]
-mod even_clouds {
-    use super::*;
-    use nalgebra::Point3;
 
     /// A cloud that is even already loses points everywhere, not on one side.
     #[test]
