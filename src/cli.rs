@@ -93,6 +93,10 @@ struct SettingsArgs {
     /// Number of clusters K at the start [default: 30]
     #[arg(long, value_name = "K")]
     clusters: Option<u32>,
+    /// Cost of a primitive: more gives fewer primitives with larger errors, from
+    /// 0.1 to 10 [default: 1]
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    primitive_cost: Option<f64>,
     /// Leave the primitives unmerged
     #[arg(long)]
     no_merge: bool,
@@ -121,6 +125,7 @@ impl SettingsArgs {
         params.p0 = self.p0.unwrap_or(params.p0);
         params.iterations = self.iterations.unwrap_or(params.iterations);
         params.clusters = self.clusters.unwrap_or(params.clusters);
+        params.primitive_cost = self.primitive_cost.unwrap_or(params.primitive_cost);
         if let Some(seed) = self.seed {
             (sampling.seed, params.seed) = (seed, seed);
         }
@@ -246,6 +251,8 @@ mod tests {
             "500",
             "--seed",
             "42",
+            "--primitive-cost",
+            "2.5",
             "--no-merge",
             "--preset",
             "paper",
@@ -260,6 +267,7 @@ mod tests {
             iterations: 7,
             clusters: 9,
             seed: 42,
+            primitive_cost: 2.5,
             merge: MergeRule::None,
             ..Params::paper()
         };
@@ -284,6 +292,7 @@ mod tests {
             (["--iterations", "0"], "iterations"),
             (["--clusters", "100000"], "clusters"),
             (["--points", "3"], "samples"),
+            (["--primitive-cost", "0"], "primitive cost"),
         ] {
             let problem = request(&args).unwrap_err();
             assert!(problem.contains(word) && problem.contains("between"), "{problem}");

@@ -22,6 +22,10 @@ pub struct Params {
     pub seed: u64,
     /// Which clusters are merged, and by which test.
     pub merge: MergeRule,
+    /// What one primitive costs in the description length, as a multiple of
+    /// what its thirteen parameters are worth: the larger, the fewer primitives
+    /// and the larger their error.
+    pub primitive_cost: f64,
     /// What a fit minimises: the paper's radial distance, or its first-order
     /// correction to the Euclidean one, which does not blow up on thin plates
     /// and long rods.
@@ -57,6 +61,7 @@ impl Default for Params {
             clusters: 30,
             seed: 1,
             merge: MergeRule::DescriptionLength,
+            primitive_cost: 1.0,
             fit_distance: Distance::FirstOrder,
             freeze: false,
             refine: true,
@@ -70,6 +75,7 @@ impl Params {
     pub const P0: (f64, f64) = (1e-6, 10.0);
     pub const ITERATIONS: (u32, u32) = (1, 500);
     pub const CLUSTERS: (u32, u32) = (1, 500);
+    pub const PRIMITIVE_COST: (f64, f64) = (0.1, 10.0);
 
     /// The steps and defaults of the paper and its authors' program.
     pub fn paper() -> Self {
@@ -98,6 +104,7 @@ impl Params {
         within("alpha", self.alpha, Self::ALPHA)?;
         within("p0", self.p0, Self::P0)?;
         within("iterations", self.iterations, Self::ITERATIONS)?;
-        within("clusters", self.clusters, Self::CLUSTERS)
+        within("clusters", self.clusters, Self::CLUSTERS)?;
+        within("primitive cost", self.primitive_cost, Self::PRIMITIVE_COST)
     }
 }

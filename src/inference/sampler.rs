@@ -115,7 +115,8 @@ impl Sampler {
     /// and the seed: those belong to the start of a run and stay.
     pub fn set_params(&mut self, params: Params) -> Result<(), InferenceError> {
         params.check().map_err(InferenceError::Params)?;
-        if (params.merge, params.fit_distance) != (self.params.merge, self.params.fit_distance) {
+        let judged_by = |p: &Params| (p.merge, p.fit_distance, p.primitive_cost);
+        if judged_by(&params) != judged_by(&self.params) {
             self.cache = MergeCache::default();
         }
         self.params = Params { clusters: self.params.clusters, seed: self.params.seed, ..params };

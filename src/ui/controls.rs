@@ -143,6 +143,13 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         tooltip: "K, the number of k-means clusters that a run starts with. Taken at the next start.",
     }
     .show(ui, &mut p.clusters, Params::CLUSTERS);
+    Row {
+        label: "Cost of a primitive",
+        tooltip: "What a primitive costs in the description length, as a multiple of its parameters' worth: \
+                  more gives fewer primitives with larger errors, less the other way. Taken at the next \
+                  merge and at the end.",
+    }
+    .show(ui, &mut p.primitive_cost, Params::PRIMITIVE_COST);
     ui.horizontal(|ui| {
         let label = labelled(ui, "Seed");
         ui.add(DragValue::new(&mut p.seed).speed(0.05).update_while_editing(false))
