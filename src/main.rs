@@ -2,12 +2,11 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
 use superform::cli::{self, Cli, Request, WindowRequest};
 
 fn main() -> ExitCode {
     cli::start_log();
-    match Cli::parse().request() {
+    match Cli::read().request() {
         Ok(Request::Headless(job)) => job.run(),
         Ok(Request::Window(request)) => match cli::why_no_display() {
             Some(why) => cli::instead_of_window(request, &why),

@@ -12,7 +12,7 @@ use super::error::WriteError;
 use super::{Shape, ShapeGeometry};
 use crate::geometry::palette::{UNASSIGNED_COLOR, color_of};
 use crate::geometry::{SampleCloud, SamplingOptions};
-use crate::inference::{Abstraction, MergeReport, Params, Phase, Primitive, UNASSIGNED};
+use crate::inference::{Abstraction, MergeReport, Method, Params, Phase, Primitive, UNASSIGNED};
 
 /// Names of the files that [`write_run`] puts into a folder.
 pub const SEGMENTED_FILE: &str = "segmented.ply";
@@ -32,7 +32,7 @@ pub struct Outcome<'a> {
 /// How a run went, for the report.
 #[derive(Debug, Clone, Default)]
 pub struct RunRecord {
-    /// K at the start and after each iteration.
+    /// K at the start and after each iteration (or step of a baseline).
     pub clusters: Vec<usize>,
     pub merges: Vec<MergeReport>,
     pub times: PhaseTimes,
@@ -45,7 +45,8 @@ pub struct PhaseTimes {
     pub sample: Duration,
     /// Normalisation and k-means.
     pub start: Duration,
-    /// Gibbs iterations, with the merge passes between them.
+    /// Gibbs iterations, with the merge passes between them, or the steps of a
+    /// baseline.
     pub iterations: Duration,
     /// The merges after the last iteration.
     pub merge: Duration,
@@ -91,7 +92,7 @@ pub fn write_picture(path: &Path, picture: &image::RgbaImage) -> Result<(), Writ
     persist(file, path)
 }
 
-/// Writes the report of a run as JSON: input, sampling, parameters, seed,
+/// Writes the report of a run as JSON: input, sampling, method, parameters, seed,
 /// number of points, K by iteration, merges, seconds a phase, unassigned
 /// points and mean distance.
 ///
@@ -258,6 +259,7 @@ struct PrimitivesFile<'a> {
     seed: u64,
     points: usize,
     sampling_seed: u64,
+    method: Option<Method>,
     params: &'a Params,
     primitives: Vec<PrimitiveEntry>,
 }
@@ -273,6 +275,7 @@ fn primitives_json(w: &mut impl Write, outcome: &Outcome<'_>) -> io::Result<()> 
         seed: outcome.params.seed,
         points: outcome.cloud.points.len(),
         sampling_seed: outcome.sampling.seed,
+        method: Method::of(outcome.params),
         params: outcome.params,
         primitives: outcome
             .abstraction
@@ -290,6 +293,8 @@ struct ReportFile<'a> {
     version: u32,
     program: &'static str,
     input: InputEntry<'a>,
+    /// `null` where the parameters are those of no named method.
+    method: Option<Method>,
     params: &'a Params,
     seed: u64,
     sampling_seed: u64,
@@ -345,6 +350,7 @@ fn report_json(w: &mut impl Write, outcome: &Outcome<'_>, record: &RunRecord) ->
             faces,
             notes: &shape.notes,
         },
+        method: Method::of(params),
         params,
         seed: params.seed,
         sampling_seed: sampling.seed,
