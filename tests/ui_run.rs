@@ -91,7 +91,7 @@ fn sliders_reach_the_sampler() {
     driver.settle();
     driver.slide("Concentration α", 3.0);
     driver.slide("Clusters K", 7.0);
-    assert!(driver.shows("with K = 12"), "K waits for the next start, and that is said");
+    assert!(driver.shows("this run has K = 12"), "K waits for the next start, and that is said");
     driver.press("Step iteration");
     driver.settle();
     let params = driver.session().snapshot.as_ref().unwrap().params;
@@ -99,7 +99,7 @@ fn sliders_reach_the_sampler() {
     driver.press("Reset");
     driver.settle();
     assert_eq!(driver.session().primitives().len(), 7);
-    assert!(!driver.shows("are taken at the next start"), "it was taken");
+    assert!(!driver.shows("this run has K"), "it was taken");
 }
 
 #[test]
@@ -137,7 +137,7 @@ fn a_method_is_chosen_run_and_seen() {
     assert!(driver.session().params.freeze);
     driver.choose("Method", "K-means");
     driver.slide("Clusters K", 9.0);
-    assert!(driver.shows("this run is The sampler with K = 12"), "that it waits is said");
+    assert!(driver.shows("shown now is Sampler"), "that it waits is said");
     for (slider, is_read) in [
         ("Concentration α", false),
         ("New cluster p0", false),
@@ -165,6 +165,7 @@ fn a_method_is_chosen_run_and_seen() {
         assert!(driver.shows(title) && driver.shows("Finished"), "{method}");
         let count = driver.session().primitives().len();
         assert_eq!(count == 1, method.starts_with("One"), "{method} found {count}");
+        assert!(!driver.shows("shown now is"), "it was taken");
         assert!(!driver.shows("1 primitives"));
     }
     driver.choose("Method", "Default");

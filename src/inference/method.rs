@@ -43,7 +43,7 @@ impl Algorithm {
     /// For people.
     pub fn title(self) -> &'static str {
         match self {
-            Self::Sampler => "The sampler",
+            Self::Sampler => "Sampler",
             Self::KMeans => "K-means",
             Self::Ems => "EMS",
             Self::HierarchicalEms => "Hierarchical EMS",

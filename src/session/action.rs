@@ -177,7 +177,7 @@ verbs! {
     SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save what the window shows (PNG)";
     Quit: File, ctrl('Q'), "Quit", "Close the window";
 
-    Run: Run, plain(Key::Space), "Run", "Iterate until the run is finished; a finished run starts anew";
+    Run: Run, plain(Key::Space), "Run", "Iterate until the run is finished; a finished run, or another method, starts anew";
     Pause: Run, plain(Key::Space), "Pause", "Stop at once, also in the middle of an iteration; nothing is lost";
     StepIteration: Run, plain(Key::Char('N')), "Step iteration",
         "Make one Gibbs iteration, or the next step of a method without iterations";

@@ -226,12 +226,14 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         });
     }
     if let Some(start) = session.stale_start() {
-        let text = format!(
-            "Method, K and seed are taken at the next start; this run is {} with K = {}, seed {}.",
-            start.algorithm.title(),
-            start.clusters,
-            start.seed
-        );
+        let text = if start.algorithm == p.algorithm {
+            format!(
+                "K and seed are taken at the next start; this run has K = {}, seed {}.",
+                start.clusters, start.seed
+            )
+        } else {
+            format!("Run starts over with the chosen method; shown now is {}.", start.algorithm.title())
+        };
         ui.add(Label::new(RichText::new(text).small().color(Palette::of(ui).accent)).wrap());
     }
     if p != session.params {

@@ -179,9 +179,11 @@ impl<M: Machine> Engine<M> {
                 self.restart();
             }
             Command::Run => {
-                let finished = self.present.as_ref().is_some_and(|p| p.machine.is_finished());
+                let algorithm = self.params.algorithm;
+                let is_over =
+                    |p: &Present<M>| p.machine.is_finished() || p.machine.params().algorithm != algorithm;
                 // A run that can't start anew stays as it is, and says why.
-                let ready = !finished || self.restart();
+                let ready = !self.present.as_ref().is_some_and(is_over) || self.restart();
                 self.begin(if ready { Work::Run } else { Work::Nothing });
             }
             Command::Pause => self.work = Work::Nothing,

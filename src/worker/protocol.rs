@@ -31,7 +31,8 @@ pub enum Command {
     Resample(SamplingOptions),
     /// Use these parameters from the next step on.
     SetParams(Params),
-    /// Iterate until the run is finished (or paused). A finished run starts anew.
+    /// Iterate until the run is finished (or paused). A finished run, and one of
+    /// another algorithm than the parameters ask for, starts anew.
     Run,
     /// Stop after (or within) the present step; nothing is lost.
     Pause,
