@@ -3,10 +3,15 @@
 //! ```text
 //! superform [FILE] [settings] [--screenshot shot.png] [--headless]
 //! superform run INPUT -o DIR [settings]
+//! superform evaluate RESULT --reference FILE [--json]
+//! superform bench SHAPES… [--methods a,b,…] [--seeds 1..3] [-o DIR]
 //! ```
 
+mod bench;
 mod display;
+mod evaluate;
 mod headless;
+mod interrupt;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
@@ -17,10 +22,13 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, CommandFactory, Parser, Subcommand};
 
 use crate::geometry::SamplingOptions;
+use crate::geometry::metrics::MetricOptions;
 use crate::inference::{MergeRule, Method, Params, Setting};
 use crate::worker::Source;
 
+pub use bench::BenchJob;
 pub use display::why_no_display;
+pub use evaluate::EvaluateJob;
 pub use headless::HeadlessJob;
 
 /// Where a job goes that was meant for the window.
@@ -47,6 +55,16 @@ enum Command {
     /// Writes segmented.ply (the cloud with labels and colours), primitives.json
     /// and report.json: all three, or none.
     Run(RunArgs),
+    /// Measure a result against a shape: Chamfer distance, IoU, number of primitives
+    ///
+    /// Lengths are in units of the longest edge of the reference's bounding box.
+    Evaluate(EvaluateArgs),
+    /// Measure methods on many shapes: a table of shape × method
+    ///
+    /// Each run works on one core, several of them side by side. A mesh is
+    /// measured against itself. Writes runs.jsonl (as it goes; a benchmark that
+    /// was stopped goes on from there), table.md, table.csv and table.json.
+    Bench(bench::BenchArgs),
 }
 
 #[derive(Debug, Args)]
@@ -72,6 +90,38 @@ struct RunArgs {
     output: PathBuf,
     #[command(flatten)]
     settings: SettingsArgs,
+}
+
+#[derive(Debug, Args)]
+struct EvaluateArgs {
+    /// primitives.json of a run, or the folder that holds it
+    result: PathBuf,
+    /// Mesh or point cloud to measure against: OBJ, PLY or XYZ text
+    #[arg(long, value_name = "FILE")]
+    reference: PathBuf,
+    /// Write JSON instead of a table
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    measure: MeasureArgs,
+    /// Seed of the samples
+    #[arg(long, value_name = "S", default_value_t = MetricOptions::default().seed)]
+    seed: u64,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Measuring")]
+struct MeasureArgs {
+    /// Samples of each of the two surfaces, and points that volumes are counted by
+    #[arg(long, value_name = "N", default_value_t = MetricOptions::default().samples)]
+    samples: usize,
+}
+
+impl MeasureArgs {
+    fn resolve(&self, seed: u64) -> Result<MetricOptions, String> {
+        let options = MetricOptions { samples: self.samples, volume_points: self.samples, seed };
+        options.check().map(|()| options)
+    }
 }
 
 #[derive(Debug, Args)]
@@ -166,6 +216,8 @@ impl SettingsArgs {
 pub enum Request {
     Window(WindowRequest),
     Headless(HeadlessJob),
+    Evaluate(EvaluateJob),
+    Bench(BenchJob),
 }
 
 /// What the window is to be opened with.
@@ -201,8 +253,16 @@ impl Cli {
             let source = input.map_or(Source::BuiltIn, Source::File);
             Ok::<_, String>(HeadlessJob { source, sampling, params, output })
         };
-        if let Some(Command::Run(run)) = self.command {
-            return job(Some(run.input), run.output, &run.settings).map(Request::Headless);
+        match self.command {
+            Some(Command::Run(run)) => {
+                return job(Some(run.input), run.output, &run.settings).map(Request::Headless);
+            }
+            Some(Command::Evaluate(EvaluateArgs { result, reference, json, measure, seed })) => {
+                let options = measure.resolve(seed)?;
+                return Ok(Request::Evaluate(EvaluateJob { result, reference, json, options }));
+            }
+            Some(Command::Bench(bench)) => return bench.resolve().map(Request::Bench),
+            None => {}
         }
         let OpenArgs { file, settings, screenshot, headless } = self.open;
         let job = job(file, PathBuf::from(FALLBACK_FOLDER), &settings)?;

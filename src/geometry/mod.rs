@@ -5,6 +5,7 @@ pub mod cloud;
 mod elimination;
 pub mod kernel;
 pub mod mesh;
+pub mod metrics;
 mod morton;
 pub mod neighbors;
 pub mod palette;

@@ -5,6 +5,7 @@ mod detect;
 mod error;
 mod obj;
 mod ply;
+mod primitives;
 mod raw;
 mod text;
 mod write;
@@ -15,12 +16,14 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Point3;
 
+use crate::geometry::metrics::{MetricOptions, Reference, ReferenceError};
 use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, sample_cloud, sample_mesh};
 
 pub use error::{Place, ReadError, WriteError};
+pub use primitives::{StoredPrimitives, read_primitives};
 pub use write::{
     Outcome, PRIMITIVES_FILE, PhaseTimes, REPORT_FILE, RunRecord, SEGMENTED_FILE, write_picture,
-    write_primitives_json, write_report_json, write_run, write_segmented_ply,
+    write_primitives_json, write_report_json, write_run, write_segmented_ply, write_whole,
 };
 
 /// Largest file that is read, in bytes.
@@ -92,6 +95,12 @@ fn content(path: &Path) -> Result<Vec<u8>, ReadError> {
     Ok(bytes)
 }
 
+/// Whether a file's name ends as that of a shape that can be read.
+pub fn has_shape_ending(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|e| detect::ENDINGS.contains(&e.to_string_lossy().to_ascii_lowercase().as_str()))
+}
+
 /// The shape that is built into the program: a chair (CC0, see
 /// `assets/README.md`).
 ///
@@ -114,5 +123,17 @@ pub fn sample(shape: &Shape, options: &SamplingOptions) -> Result<SampleCloud, S
     match &shape.geometry {
         ShapeGeometry::Mesh(mesh) => sample_mesh(mesh, options),
         ShapeGeometry::Cloud(cloud) => sample_cloud(&cloud.points, options),
+    }
+}
+
+/// Prepares a shape as the reference that abstractions are measured against;
+/// see [`crate::geometry::metrics`].
+///
+/// # Errors
+/// Where the shape has no area (mesh) or no two distinct points (cloud).
+pub fn reference(shape: &Shape, options: &MetricOptions) -> Result<Reference, ReferenceError> {
+    match &shape.geometry {
+        ShapeGeometry::Mesh(mesh) => Reference::of_mesh(mesh, options),
+        ShapeGeometry::Cloud(cloud) => Reference::of_cloud(&cloud.points, options),
     }
 }
