@@ -14,7 +14,7 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
-use crate::geometry::SamplingOptions;
+use crate::geometry::{SamplingOptions, Surface};
 use crate::inference::{MergeRule, Params};
 use crate::worker::Source;
 
@@ -78,6 +78,9 @@ struct SettingsArgs {
     /// Number of samples N [default: 3500]
     #[arg(long, value_name = "N")]
     points: Option<usize>,
+    /// Part of a mesh that is sampled
+    #[arg(long, value_enum, default_value_t = SurfaceChoice::Outside)]
+    surface: SurfaceChoice,
     /// Seed of all random draws: the same seed gives the same result [default: 1]
     #[arg(long, value_name = "S")]
     seed: Option<u64>,
@@ -109,6 +112,14 @@ enum Preset {
     Paper,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum SurfaceChoice {
+    /// What can be seen from outside: no inner walls, no buried parts
+    Outside,
+    /// Every face
+    All,
+}
+
 impl SettingsArgs {
     fn resolve(&self) -> Result<(SamplingOptions, Params), String> {
         let mut sampling = SamplingOptions::default();
@@ -117,6 +128,10 @@ impl SettingsArgs {
             Preset::Paper => Params::paper(),
         };
         sampling.points = self.points.unwrap_or(sampling.points);
+        sampling.surface = match self.surface {
+            SurfaceChoice::Outside => Surface::Outside,
+            SurfaceChoice::All => Surface::All,
+        };
         params.alpha = self.alpha.unwrap_or(params.alpha);
         params.p0 = self.p0.unwrap_or(params.p0);
         params.iterations = self.iterations.unwrap_or(params.iterations);
@@ -249,11 +264,13 @@ mod tests {
             "--no-merge",
             "--preset",
             "paper",
+            "--surface",
+            "all",
         ]) else {
             panic!("not a run")
         };
         assert_eq!(job.source, Source::File("in.obj".into()));
-        assert_eq!(job.sampling, SamplingOptions { points: 500, seed: 42 });
+        assert_eq!(job.sampling, SamplingOptions { points: 500, seed: 42, surface: Surface::All });
         let expected = Params {
             alpha: 2.0,
             p0: 0.2,
@@ -271,6 +288,7 @@ mod tests {
         let Ok(Request::Window(window)) = request(&[]) else { panic!("not a window") };
         assert_eq!(window.source, Source::BuiltIn);
         assert_eq!(window.params, Params::default());
+        assert_eq!(window.sampling, SamplingOptions::default());
         assert!(matches!(request(&["--headless"]), Ok(Request::Headless(_))));
         assert!(matches!(request(&["a.ply", "--screenshot", "s.png"]), Ok(Request::Window(_))));
     }

@@ -28,7 +28,7 @@ struct Run {
 
 impl Run {
     fn on(shape: Shape, points: usize) -> Self {
-        let cloud = io::sample(&shape, &SamplingOptions { points, seed: 1 }).unwrap();
+        let cloud = io::sample(&shape, &SamplingOptions { points, ..SamplingOptions::default() }).unwrap();
         let labels: Arc<[u32]> = (0..cloud.points.len()).map(|i| [4, 11, UNASSIGNED][i % 3]).collect();
         let primitive = |id: u32| Primitive {
             id,
