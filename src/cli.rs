@@ -3,9 +3,11 @@
 //! ```text
 //! superform [FILE] [settings] [--screenshot shot.png] [--headless]
 //! superform run INPUT -o DIR [settings]
+//! superform evaluate RESULT --reference FILE [--json]
 //! ```
 
 mod display;
+mod evaluate;
 mod headless;
 
 use std::io::Write;
@@ -14,11 +16,13 @@ use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 
+use crate::geometry::metrics::MetricOptions;
 use crate::geometry::{SamplingOptions, Surface};
 use crate::inference::{MergeRule, Params};
 use crate::worker::Source;
 
 pub use display::why_no_display;
+pub use evaluate::EvaluateJob;
 pub use headless::HeadlessJob;
 
 /// Where a job goes that was meant for the window.
@@ -45,6 +49,10 @@ enum Command {
     /// Writes segmented.ply (the cloud with labels and colours), primitives.json
     /// and report.json: all three, or none.
     Run(RunArgs),
+    /// Measure a result against a shape: Chamfer distance, IoU, number of primitives
+    ///
+    /// Lengths are in units of the longest edge of the reference's bounding box.
+    Evaluate(EvaluateArgs),
 }
 
 #[derive(Debug, Args)]
@@ -70,6 +78,38 @@ struct RunArgs {
     output: PathBuf,
     #[command(flatten)]
     settings: SettingsArgs,
+}
+
+#[derive(Debug, Args)]
+struct EvaluateArgs {
+    /// primitives.json of a run, or the folder that holds it
+    result: PathBuf,
+    /// Mesh or point cloud to measure against: OBJ, PLY or XYZ text
+    #[arg(long, value_name = "FILE")]
+    reference: PathBuf,
+    /// Write JSON instead of a table
+    #[arg(long)]
+    json: bool,
+    #[command(flatten)]
+    measure: MeasureArgs,
+    /// Seed of the samples
+    #[arg(long, value_name = "S", default_value_t = MetricOptions::default().seed)]
+    seed: u64,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Measuring")]
+struct MeasureArgs {
+    /// Samples of each of the two surfaces, and points that volumes are counted by
+    #[arg(long, value_name = "N", default_value_t = MetricOptions::default().samples)]
+    samples: usize,
+}
+
+impl MeasureArgs {
+    fn resolve(&self, seed: u64) -> Result<MetricOptions, String> {
+        let options = MetricOptions { samples: self.samples, volume_points: self.samples, seed };
+        options.check().map(|()| options)
+    }
 }
 
 #[derive(Debug, Args)]
@@ -153,6 +193,7 @@ impl SettingsArgs {
 pub enum Request {
     Window(WindowRequest),
     Headless(HeadlessJob),
+    Evaluate(EvaluateJob),
 }
 
 /// What the window is to be opened with.
@@ -176,8 +217,15 @@ impl Cli {
             let source = input.map_or(Source::BuiltIn, Source::File);
             Ok::<_, String>(HeadlessJob { source, sampling, params, output })
         };
-        if let Some(Command::Run(run)) = self.command {
-            return job(Some(run.input), run.output, &run.settings).map(Request::Headless);
+        match self.command {
+            Some(Command::Run(run)) => {
+                return job(Some(run.input), run.output, &run.settings).map(Request::Headless);
+            }
+            Some(Command::Evaluate(EvaluateArgs { result, reference, json, measure, seed })) => {
+                let options = measure.resolve(seed)?;
+                return Ok(Request::Evaluate(EvaluateJob { result, reference, json, options }));
+            }
+            None => {}
         }
         let OpenArgs { file, settings, screenshot, headless } = self.open;
         let job = job(file, PathBuf::from(FALLBACK_FOLDER), &settings)?;

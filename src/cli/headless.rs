@@ -155,7 +155,8 @@ fn summary(outcome: &Outcome<'_>, elapsed: Duration) -> String {
     )
 }
 
-fn contents(shape: &Shape) -> String {
+/// What a shape is made of, for people.
+pub(super) fn contents(shape: &Shape) -> String {
     match &shape.geometry {
         ShapeGeometry::Mesh(mesh) => {
             format!("mesh of {} vertices and {} faces", mesh.vertices.len(), mesh.faces.len())
@@ -165,7 +166,7 @@ fn contents(shape: &Shape) -> String {
 }
 
 /// Three significant digits, whatever the unit.
-fn length(value: f64) -> String {
+pub(super) fn length(value: f64) -> String {
     if value == 0.0 || (1e-4..1e6).contains(&value) {
         let digits = if value > 0.0 { (2.0 - value.log10().floor()).max(0.0) } else { 0.0 };
         format!("{value:.*}", digits as usize)

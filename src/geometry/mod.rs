@@ -6,6 +6,7 @@ mod elimination;
 mod frame;
 pub mod kernel;
 pub mod mesh;
+pub mod metrics;
 mod morton;
 pub mod neighbors;
 pub mod outside;

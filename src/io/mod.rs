@@ -5,6 +5,7 @@ mod detect;
 mod error;
 mod obj;
 mod ply;
+mod primitives;
 mod raw;
 mod text;
 mod write;
@@ -15,9 +16,12 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::Point3;
 
+use crate::geometry::metrics::{MetricOptions, Reference, ReferenceError};
+use crate::geometry::outside::FilledOutside;
 use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, sample_cloud, sample_mesh};
 
 pub use error::{Place, ReadError, WriteError};
+pub use primitives::{StoredPrimitives, read_primitives};
 pub use write::{
     Outcome, PRIMITIVES_FILE, PhaseTimes, REPORT_FILE, RunRecord, SEGMENTED_FILE, write_picture,
     write_primitives_json, write_report_json, write_run, write_segmented_ply,
@@ -114,5 +118,21 @@ pub fn sample(shape: &Shape, options: &SamplingOptions) -> Result<SampleCloud, S
     match &shape.geometry {
         ShapeGeometry::Mesh(mesh) => sample_mesh(mesh, options),
         ShapeGeometry::Cloud(cloud) => sample_cloud(&cloud.points, options),
+    }
+}
+
+/// Prepares a shape as the reference that abstractions are measured against;
+/// see [`crate::geometry::metrics`]. Of a mesh the inside with its hollows filled
+/// is measured, too; see [`FilledOutside`].
+///
+/// # Errors
+/// Where the shape has no area (mesh) or no two distinct points (cloud).
+pub fn reference(shape: &Shape, options: &MetricOptions) -> Result<Reference, ReferenceError> {
+    match &shape.geometry {
+        ShapeGeometry::Mesh(mesh) => {
+            let filled = FilledOutside::new(mesh);
+            Ok(Reference::of_mesh(mesh, options)?.with_filled(|p| filled.contains(p)))
+        }
+        ShapeGeometry::Cloud(cloud) => Reference::of_cloud(&cloud.points, options),
     }
 }

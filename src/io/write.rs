@@ -5,11 +5,11 @@ use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 use tempfile::NamedTempFile;
 
 use super::error::WriteError;
-use super::{Shape, ShapeGeometry};
+use super::{Shape, ShapeGeometry, primitives};
 use crate::geometry::palette::{UNASSIGNED_COLOR, color_of};
 use crate::geometry::{SampleCloud, SampledPart, SamplingOptions, Surface};
 use crate::inference::{Abstraction, MergeReport, Params, Phase, Primitive, UNASSIGNED};
@@ -215,17 +215,18 @@ fn segmented_ply(w: &mut impl Write, outcome: &Outcome<'_>) -> io::Result<()> {
 }
 
 /// One entry of `primitives.json`.
-#[derive(Debug, Serialize)]
-struct PrimitiveEntry {
-    id: u32,
-    eps: [f64; 2],
-    scale: [f64; 3],
-    rotation: [[f64; 3]; 3],
-    translation: [f64; 3],
-    taper: [f64; 2],
-    sigma: f64,
-    points: usize,
-    mean_distance: f64,
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct PrimitiveEntry {
+    pub(super) id: u32,
+    pub(super) eps: [f64; 2],
+    pub(super) scale: [f64; 3],
+    pub(super) rotation: [[f64; 3]; 3],
+    pub(super) translation: [f64; 3],
+    pub(super) taper: [f64; 2],
+    pub(super) sigma: f64,
+    pub(super) points: usize,
+    pub(super) mean_distance: f64,
 }
 
 impl PrimitiveEntry {
@@ -265,8 +266,8 @@ struct PrimitivesFile<'a> {
 
 fn primitives_json(w: &mut impl Write, outcome: &Outcome<'_>) -> io::Result<()> {
     let file = PrimitivesFile {
-        format: "superform-primitives",
-        version: 1,
+        format: primitives::FORMAT,
+        version: primitives::VERSION,
         program: concat!("superform ", env!("CARGO_PKG_VERSION")),
         input: &outcome.shape.name,
         units: "those of the input",
