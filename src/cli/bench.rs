@@ -210,6 +210,7 @@ impl BenchJob {
                 let _ = write!(std::io::stdout(), "{text}");
                 match failures {
                     0 => ExitCode::SUCCESS,
+                    1 => fail("a run failed; the table is without it"),
                     n => fail(&format!("{n} runs failed; the table is without them")),
                 }
             }
