@@ -4,11 +4,14 @@
 //! superform [FILE] [settings] [--screenshot shot.png] [--headless]
 //! superform run INPUT -o DIR [settings]
 //! superform evaluate RESULT --reference FILE [--json]
+//! superform bench SHAPES… [--methods a,b,…] [--seeds 1..3] [-o DIR]
 //! ```
 
+mod bench;
 mod display;
 mod evaluate;
 mod headless;
+mod interrupt;
 
 use std::io::Write;
 use std::path::PathBuf;
@@ -21,6 +24,7 @@ use crate::geometry::{SamplingOptions, Surface};
 use crate::inference::{MergeRule, Params};
 use crate::worker::Source;
 
+pub use bench::BenchJob;
 pub use display::why_no_display;
 pub use evaluate::EvaluateJob;
 pub use headless::HeadlessJob;
@@ -53,6 +57,12 @@ enum Command {
     ///
     /// Lengths are in units of the longest edge of the reference's bounding box.
     Evaluate(EvaluateArgs),
+    /// Measure methods on many shapes: a table of shape × method
+    ///
+    /// Each run works on one core, several of them side by side. A mesh is
+    /// measured against itself. Writes runs.jsonl (as it goes; a benchmark that
+    /// was stopped goes on from there), table.md, table.csv and table.json.
+    Bench(bench::BenchArgs),
 }
 
 #[derive(Debug, Args)]
@@ -194,6 +204,7 @@ pub enum Request {
     Window(WindowRequest),
     Headless(HeadlessJob),
     Evaluate(EvaluateJob),
+    Bench(BenchJob),
 }
 
 /// What the window is to be opened with.
@@ -225,6 +236,7 @@ impl Cli {
                 let options = measure.resolve(seed)?;
                 return Ok(Request::Evaluate(EvaluateJob { result, reference, json, options }));
             }
+            Some(Command::Bench(bench)) => return bench.resolve().map(Request::Bench),
             None => {}
         }
         let OpenArgs { file, settings, screenshot, headless } = self.open;

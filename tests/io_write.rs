@@ -269,3 +269,15 @@ fn points_at_any_scale_survive_the_round_trip() {
     assert_eq!(points[0], Point3::new(1e-300, -1e300, 0.1));
     assert_eq!(points, cloud(run.shape).0);
 }
+
+#[test]
+fn primitives_are_read_as_they_were_written() {
+    let run = Run::on(io::built_in().unwrap(), 300);
+    let folder = tempfile::tempdir().unwrap();
+    io::write_run(folder.path(), &run.outcome(), &RunRecord::default()).unwrap();
+    let back = io::read_primitives(folder.path()).unwrap();
+    assert_eq!(back, io::read_primitives(&folder.path().join(io::PRIMITIVES_FILE)).unwrap());
+    assert_eq!(back.primitives[..], run.abstraction.primitives[..]);
+    assert_eq!((back.input.as_str(), back.points, back.seed), ("built-in chair", 300, 1));
+    assert!((back.unassigned_share() - 1.0 / 3.0).abs() < 1e-12);
+}

@@ -9,14 +9,12 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::interrupt::{INTERRUPTED, cancel_on_interrupt};
 use super::{fail, say};
 use crate::geometry::SamplingOptions;
 use crate::inference::{Abstraction, Cancel, InferenceError, Occurrence, Params, Sampler};
 use crate::io::{self, Outcome, RunRecord, Shape, ShapeGeometry};
 use crate::worker::Source;
-
-/// Exit status of a run that was stopped by Ctrl-C, as shells have it.
-const INTERRUPTED: u8 = 130;
 
 /// A whole run, from a shape to its files.
 #[derive(Debug, Clone, PartialEq)]
@@ -33,17 +31,7 @@ impl HeadlessJob {
     /// a summary to standard output. On failure, and when Ctrl-C is pressed,
     /// nothing is written.
     pub fn run(&self) -> ExitCode {
-        let cancel = Cancel::default();
-        let asked = cancel.clone();
-        let handler = ctrlc::set_handler(move || {
-            if asked.is_requested() {
-                std::process::exit(i32::from(INTERRUPTED));
-            }
-            asked.request();
-        });
-        if let Err(e) = handler {
-            tracing::warn!("Ctrl-C will end the program at once: {e}");
-        }
+        let cancel = cancel_on_interrupt();
         match self.work(&cancel) {
             Ok(summary) => {
                 // A closed pipe is no reason to call the run a failure.

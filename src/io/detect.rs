@@ -18,6 +18,8 @@ const HEAD: usize = 64 << 10;
 
 /// First words of OBJ lines.
 const OBJ_KEYWORDS: [&str; 12] = ["v", "vn", "vt", "vp", "f", "l", "p", "o", "g", "s", "mtllib", "usemtl"];
+/// Endings of the names of all files that can be read.
+pub(super) const ENDINGS: [&str; 9] = ["obj", "ply", "xyz", "txt", "csv", "pts", "asc", "xyzrgb", "xyzn"];
 const XYZ_ENDINGS: [&str; 7] = ["xyz", "txt", "csv", "pts", "asc", "xyzrgb", "xyzn"];
 
 /// The format of a file that is not empty.

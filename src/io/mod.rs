@@ -24,7 +24,7 @@ pub use error::{Place, ReadError, WriteError};
 pub use primitives::{StoredPrimitives, read_primitives};
 pub use write::{
     Outcome, PRIMITIVES_FILE, PhaseTimes, REPORT_FILE, RunRecord, SEGMENTED_FILE, write_picture,
-    write_primitives_json, write_report_json, write_run, write_segmented_ply,
+    write_primitives_json, write_report_json, write_run, write_segmented_ply, write_whole,
 };
 
 /// Largest file that is read, in bytes.
@@ -94,6 +94,12 @@ fn content(path: &Path) -> Result<Vec<u8>, ReadError> {
         return Err(ReadError::Empty { path: path.to_owned() });
     }
     Ok(bytes)
+}
+
+/// Whether a file's name ends as that of a shape that can be read.
+pub fn has_shape_ending(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|e| detect::ENDINGS.contains(&e.to_string_lossy().to_ascii_lowercase().as_str()))
 }
 
 /// The shape that is built into the program: a chair (CC0, see

@@ -91,6 +91,15 @@ pub fn write_picture(path: &Path, picture: &image::RgbaImage) -> Result<(), Writ
     persist(file, path)
 }
 
+/// Writes some bytes as a file.
+///
+/// # Errors
+/// Where the file can't be written. It is written whole or not at all.
+pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), WriteError> {
+    let file = staged(path, |w| w.write_all(content))?;
+    persist(file, path)
+}
+
 /// Writes the report of a run as JSON: input, sampling (of a mesh also which
 /// part of its surface, and what share of the area was left out), parameters,
 /// seed, number of points, K by iteration, merges, seconds a phase, unassigned

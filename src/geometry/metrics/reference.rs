@@ -234,7 +234,8 @@ impl Volume {
         let undecided = count(&|w| w > 0.25 && w < 0.75) / inside.max(1.0);
         let unclear = if inside <= FEWEST_INSIDE as f64 {
             Some(format!(
-                "the mesh encloses next to no volume ({inside} of {} points); it is open or a thin shell",
+                "the mesh encloses next to no volume ({inside} of {} points): it is open, a thin \
+                 shell, or takes more samples to tell",
                 points.len()
             ))
         } else if doubts >= UNDECIDED || undecided >= UNDECIDED {
