@@ -19,10 +19,10 @@ use std::process::ExitCode;
 use std::str::FromStr;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, CommandFactory, Parser, Subcommand};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 
-use crate::geometry::SamplingOptions;
 use crate::geometry::metrics::MetricOptions;
+use crate::geometry::{SamplingOptions, Surface};
 use crate::inference::{MergeRule, Method, Params, Setting};
 use crate::worker::Source;
 
@@ -133,6 +133,9 @@ struct SettingsArgs {
     /// Number of samples N, from 100 to 200000 [default: 3500]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     points: Option<usize>,
+    /// Part of a mesh that is sampled
+    #[arg(long, value_enum, default_value_t = SurfaceChoice::Outside)]
+    surface: SurfaceChoice,
     /// Seed of all random draws, a whole number: the same seed gives the same
     /// result [default: 1]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = whole::<u64>)]
@@ -175,11 +178,23 @@ fn whole<T: FromStr>(text: &str) -> Result<T, String> {
     text.parse().map_err(|_| "it must be a whole number, and not negative".to_owned())
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum SurfaceChoice {
+    /// What can be seen from outside: no inner walls, no buried parts
+    Outside,
+    /// Every face
+    All,
+}
+
 impl SettingsArgs {
     fn resolve(&self) -> Result<(SamplingOptions, Params), String> {
         let mut sampling = SamplingOptions::default();
         let mut params = self.method.params();
         sampling.points = self.points.unwrap_or(sampling.points);
+        sampling.surface = match self.surface {
+            SurfaceChoice::Outside => Surface::Outside,
+            SurfaceChoice::All => Surface::All,
+        };
         if let Some(seed) = self.seed {
             (sampling.seed, params.seed) = (seed, seed);
         }
@@ -369,11 +384,13 @@ mod tests {
             "--primitive-cost",
             "2.5",
             "--no-merge",
+            "--surface",
+            "all",
         ]) else {
             panic!("not a run")
         };
         assert_eq!(job.source, Source::File("in.obj".into()));
-        assert_eq!(job.sampling, SamplingOptions { points: 500, seed: 42 });
+        assert_eq!(job.sampling, SamplingOptions { points: 500, seed: 42, surface: Surface::All });
         let expected = Params {
             alpha: 2.0,
             p0: 0.2,
@@ -448,6 +465,7 @@ mod tests {
         let Ok(Request::Window(window)) = request(&[]) else { panic!("not a window") };
         assert_eq!(window.source, Source::BuiltIn);
         assert_eq!(window.params, Params::default());
+        assert_eq!(window.sampling, SamplingOptions::default());
         assert!(matches!(request(&["--headless"]), Ok(Request::Headless(_))));
         assert!(matches!(request(&["a.ply", "--screenshot", "s.png"]), Ok(Request::Window(_))));
     }

@@ -14,7 +14,7 @@
 //!
 //! | module | what lives there | may use |
 //! |---|---|---|
-//! | [`geometry`] | the tapered superquadric, meshes, clouds, sampling, neighbours | nothing of ours |
+//! | [`geometry`] | the tapered superquadric, meshes, clouds, sampling, neighbours, metrics | nothing of ours |
 //! | [`inference`] | the sampler: seeded, pure, no clock | `geometry` |
 //! | [`io`] | reading and writing files | `geometry`, `inference` |
 //! | [`worker`] | the background thread and its protocol | `inference`, `io`, `geometry` |

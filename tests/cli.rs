@@ -83,6 +83,51 @@ fn a_run_writes_its_three_files() {
     assert_eq!(labels[712], -1, "a point that is not finite gets no label");
 }
 
+/// A box in a closed box: four fifths of the area can be seen.
+fn write_nested_boxes(path: &Path) {
+    let mut text = String::new();
+    for half in [1.0, 0.5] {
+        for i in 0..8 {
+            let side = |k: usize| if i >> k & 1 == 1 { half } else { -half };
+            text.push_str(&format!("v {} {} {}\n", side(0), side(1), side(2)));
+        }
+    }
+    for first in [1, 9] {
+        for face in [[0, 1, 3, 2], [4, 5, 7, 6], [0, 1, 5, 4], [2, 3, 7, 6], [0, 2, 6, 4], [1, 3, 7, 5]] {
+            let [a, b, c, d] = face.map(|i| i + first);
+            text.push_str(&format!("f {a} {b} {c} {d}\n"));
+        }
+    }
+    fs::write(path, text).unwrap();
+}
+
+#[test]
+fn the_report_tells_what_of_a_mesh_was_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    write_nested_boxes(&folder.path().join("in.obj"));
+    let run = |out: &str, more: &[&str]| {
+        let args = [&["run", "in.obj", "-o", out], &QUICK[..], more].concat();
+        let output = superform(folder.path(), &args);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let out = folder.path().join(out);
+        assert_eq!(labels(&out.join("segmented.ply")).len(), 400);
+        (String::from_utf8(output.stdout).unwrap(), json(&out.join("report.json"))["surface"].clone())
+    };
+    let (summary, surface) = run("outside", &[]);
+    assert!(summary.contains("20 % of the surface can't be seen from outside"), "{summary}");
+    assert_eq!((&surface["asked_for"], &surface["sampled"]), (&"outside".into(), &"outside".into()));
+    assert!((surface["area_left_out"].as_f64().unwrap() - 0.2).abs() < 0.01, "{surface}");
+
+    let (summary, surface) = run("all", &["--surface", "all"]);
+    assert!(!summary.contains("left out"), "{summary}");
+    assert_eq!((&surface["sampled"], &surface["area_left_out"]), (&"all".into(), &0.0.into()));
+
+    write_cloud(&folder.path().join("in.xyz"));
+    let output = superform(folder.path(), &[&["run", "in.xyz", "-o", "cloud"], &QUICK[..]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    assert!(json(&folder.path().join("cloud/report.json"))["surface"].is_null());
+}
+
 fn ids(primitives: &[serde_json::Value]) -> Vec<i32> {
     primitives.iter().map(|p| p["id"].as_i64().unwrap() as i32).collect()
 }

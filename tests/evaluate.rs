@@ -6,9 +6,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
+use nalgebra::{Point3, Rotation3, Vector3};
 use serde_json::{Value, json};
 use superform::geometry::metrics::{MetricOptions, Metrics, evaluate};
-use superform::io;
+use superform::geometry::{Superquadric, TriMesh};
+use superform::io::{self, Shape, ShapeGeometry};
 
 fn data() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/evaluation")
@@ -142,11 +144,15 @@ fn the_command_prints_a_table_or_json() {
     assert_eq!((&found["primitives"], &found["options"]["seed"]), (&json!(6), &json!(5)));
     assert!((found["chamfer_l1"].as_f64().unwrap() - 0.0056).abs() < 5e-4, "{found}");
     assert!(found["iou"].as_f64().unwrap() > 0.7 && found["iou_missing"].is_null());
+    // The chair has parts that reach into others: the filled outside is another volume.
+    assert!((found["iou_outside"].as_f64().unwrap() - found["iou"].as_f64().unwrap()).abs() < 0.2, "{found}");
+    assert!(table.contains("IoU outside"), "{table}");
     // A cloud encloses nothing, and says so.
     let cloud = reference_path("chair.xyz").display().to_string();
     let output = superform(&["evaluate", &result, "--reference", &cloud]);
     let (table, notes) =
         (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
+    assert!(!table.contains("IoU outside"), "{table}");
     assert!(table.contains("encloses no volume") && notes.contains("its spacing"), "{table}{notes}");
 }
 
@@ -166,4 +172,45 @@ fn the_command_refuses_what_it_can_not_measure() {
         assert!(message.contains(words), "{message}");
         assert!(output.stdout.is_empty());
     }
+}
+
+/// A bottle that is hollow but for a narrow mouth: the winding number finds its
+/// thin wall, a person a solid.
+#[test]
+fn a_hollow_thing_is_also_measured_as_a_solid() {
+    let line: [(f64, f64); 10] = [
+        (0.0, 0.0),
+        (1.0, 0.0),
+        (1.0, 3.0),
+        (0.25, 3.1),
+        (0.25, 3.2),
+        (0.2, 3.2),
+        (0.2, 3.05),
+        (0.95, 2.95),
+        (0.95, 0.05),
+        (0.0, 0.05),
+    ];
+    let mut mesh = TriMesh::default();
+    for (radius, height) in line {
+        mesh.vertices.extend((0..64).map(|i| {
+            let (sin, cos) = (f64::from(i) * std::f64::consts::TAU / 64.0).sin_cos();
+            Point3::new(radius * cos, radius * sin, height)
+        }));
+    }
+    for (ring, i) in (0..9).flat_map(|ring| (0..64).map(move |i| (ring * 64, i))) {
+        let (a, b) = (ring + i, ring + (i + 1) % 64);
+        mesh.faces.extend([[a, b, b + 64], [a, b + 64, a + 64]]);
+    }
+    let body = Superquadric {
+        exponents: [0.1, 1.0],
+        semi_axes: Vector3::new(1.0, 1.0, 1.5),
+        rotation: Rotation3::identity(),
+        translation: Vector3::new(0.0, 0.0, 1.5),
+        taper: [0.0, 0.0],
+    };
+    let geometry = ShapeGeometry::Mesh(mesh);
+    let shape = Shape { name: "bottle".to_owned(), path: None, geometry, notes: Vec::new() };
+    let found = evaluate(&[body], None, &io::reference(&shape, &MetricOptions::default()).unwrap());
+    assert!(found.iou.is_none_or(|iou| iou < 0.25), "{found:?}");
+    assert!(found.iou_outside.unwrap() > 0.95, "{found:?}");
 }

@@ -12,7 +12,7 @@ use superform::geometry::{
 };
 
 fn options(points: usize, seed: u64) -> SamplingOptions {
-    SamplingOptions { points, seed }
+    SamplingOptions { points, seed, ..SamplingOptions::default() }
 }
 
 /// A rectangle of two triangles, at `corner`, with sides `u` and `v`.

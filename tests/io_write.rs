@@ -28,7 +28,7 @@ struct Run {
 
 impl Run {
     fn on(shape: Shape, points: usize) -> Self {
-        let cloud = io::sample(&shape, &SamplingOptions { points, seed: 1 }).unwrap();
+        let cloud = io::sample(&shape, &SamplingOptions { points, ..SamplingOptions::default() }).unwrap();
         let labels: Arc<[u32]> = (0..cloud.points.len()).map(|i| [4, 11, UNASSIGNED][i % 3]).collect();
         let primitive = |id: u32| Primitive {
             id,
@@ -268,4 +268,16 @@ fn points_at_any_scale_survive_the_round_trip() {
     let (points, _) = cloud(io::read(&path).unwrap());
     assert_eq!(points[0], Point3::new(1e-300, -1e300, 0.1));
     assert_eq!(points, cloud(run.shape).0);
+}
+
+#[test]
+fn primitives_are_read_as_they_were_written() {
+    let run = Run::on(io::built_in().unwrap(), 300);
+    let folder = tempfile::tempdir().unwrap();
+    io::write_run(folder.path(), &run.outcome(), &RunRecord::default()).unwrap();
+    let back = io::read_primitives(folder.path()).unwrap();
+    assert_eq!(back, io::read_primitives(&folder.path().join(io::PRIMITIVES_FILE)).unwrap());
+    assert_eq!(back.primitives[..], run.abstraction.primitives[..]);
+    assert_eq!((back.input.as_str(), back.points, back.seed), ("built-in chair", 300, 1));
+    assert!((back.unassigned_share() - 1.0 / 3.0).abs() < 1e-12);
 }

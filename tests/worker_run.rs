@@ -14,7 +14,7 @@ fn start() -> Worker {
     let mut worker = Worker::spawn(|| {}).unwrap();
     let params = Params { iterations: 8, clusters: 12, ..Params::default() };
     worker.send(Command::SetParams(params));
-    let sampling = SamplingOptions { points: 800, seed: 3 };
+    let sampling = SamplingOptions { points: 800, seed: 3, ..SamplingOptions::default() };
     worker.send(Command::Load { source: Source::BuiltIn, sampling });
     until_idle(&mut worker);
     worker

@@ -210,6 +210,7 @@ impl BenchJob {
                 let _ = write!(std::io::stdout(), "{text}");
                 match failures {
                     0 => ExitCode::SUCCESS,
+                    1 => fail("a run failed; the table is without it"),
                     n => fail(&format!("{n} runs failed; the table is without them")),
                 }
             }
@@ -282,10 +283,11 @@ impl BenchJob {
             for &(method, params) in &self.methods {
                 for &seed in &self.seeds {
                     let params = Params { seed, ..params };
-                    let sampling = SamplingOptions { points: self.points, seed };
+                    let sampling =
+                        SamplingOptions { points: self.points, seed, ..SamplingOptions::default() };
                     let settings = serde_json::to_vec(&(
                         (&shape.name, method.name, params),
-                        (sampling.points, sampling.seed, self.metrics),
+                        (sampling.points, sampling.seed, sampling.surface, self.metrics),
                     ))?;
                     let key = fingerprint(&[
                         program.as_bytes(),

@@ -134,8 +134,9 @@ fn timed<T>(spent: &mut Duration, work: impl FnOnce() -> T) -> T {
 
 fn summary(outcome: &Outcome<'_>, elapsed: Duration) -> String {
     let Outcome { shape, cloud, abstraction, .. } = outcome;
+    let part = cloud.part.note().map(|note| format!("; {note}")).unwrap_or_default();
     format!(
-        "{}: {}, {} samples\n{}, mean distance {}, {} samples unassigned, {:.1} s",
+        "{}: {}, {} samples{part}\n{}, mean distance {}, {} samples unassigned, {:.1} s",
         shape.name,
         contents(shape),
         cloud.points.len(),

@@ -18,6 +18,49 @@ pub struct SampleCloud {
     /// `points` of the sample that stands for it, or [`NO_SAMPLE`].
     /// `None` where the input is a mesh: its samples are the cloud.
     pub sample_of_input: Option<Vec<u32>>,
+    /// What of the input the samples stand for.
+    pub part: SampledPart,
+}
+
+/// What of a shape is sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum SampledPart {
+    /// All of it, as was asked for, or because it is a cloud.
+    #[default]
+    Whole,
+    /// The part of a mesh's surface that can be seen from outside.
+    Outside {
+        /// Share of the area that can't, in [0, 1]: an estimate from the
+        /// samples' candidates.
+        left_out: f64,
+    },
+    /// All of a mesh, although only what can be seen from outside was asked
+    /// for, since hardly anything can.
+    WholeAsHidden,
+}
+
+impl SampledPart {
+    /// Share of the area of a mesh that was left out.
+    pub fn left_out(&self) -> f64 {
+        match self {
+            Self::Outside { left_out } => *left_out,
+            Self::Whole | Self::WholeAsHidden => 0.0,
+        }
+    }
+
+    /// One sentence for a person, where there is something to tell.
+    pub fn note(&self) -> Option<String> {
+        match self {
+            Self::Outside { left_out } if *left_out >= 0.005 => Some(format!(
+                "{:.0} % of the surface can't be seen from outside and was left out",
+                100.0 * left_out
+            )),
+            Self::WholeAsHidden => Some(
+                "hardly any of the surface can be seen from outside, so all of it was sampled".to_owned(),
+            ),
+            Self::Whole | Self::Outside { .. } => None,
+        }
+    }
 }
 
 impl SampleCloud {
@@ -36,7 +79,7 @@ impl SampleCloud {
                 }
             })
             .collect();
-        Self { points: kept, sample_of_input: Some(sample_of_input) }
+        Self { points: kept, sample_of_input: Some(sample_of_input), part: SampledPart::Whole }
     }
 
     /// Labels of all input points, in input order, from the labels of the

@@ -3,17 +3,19 @@
 
 pub mod cloud;
 mod elimination;
+mod frame;
 pub mod kernel;
 pub mod mesh;
 pub mod metrics;
 mod morton;
 pub mod neighbors;
+pub mod outside;
 pub mod palette;
 pub mod sampling;
 pub mod superquadric;
 pub mod tessellate;
 
-pub use cloud::{NO_SAMPLE, SampleCloud};
+pub use cloud::{NO_SAMPLE, SampleCloud, SampledPart};
 pub use mesh::TriMesh;
-pub use sampling::{SamplingError, SamplingOptions, sample_cloud, sample_mesh};
+pub use sampling::{SamplingError, SamplingOptions, Surface, sample_cloud, sample_mesh};
 pub use superquadric::Superquadric;

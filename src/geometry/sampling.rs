@@ -9,19 +9,28 @@
 
 use std::collections::HashMap;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rayon::prelude::*;
 
-use super::cloud::{NO_SAMPLE, SampleCloud};
+use super::cloud::{NO_SAMPLE, SampleCloud, SampledPart};
 use super::elimination::eliminate;
-use super::mesh::{TriMesh, bounds, has_area};
+use super::frame::Frame;
+use super::mesh::{TriMesh, has_area};
 use super::morton::{Level, MortonOrder};
 use super::neighbors::KdTree;
+use super::outside::Room;
 
 /// Candidates drawn for each sample of a mesh.
 const CANDIDATES_PER_SAMPLE: usize = 5;
+/// Where a smaller share of a mesh's area can be seen from outside, it is no
+/// shape to look at, and all of it is sampled.
+const LEAST_SEEN: f64 = 0.05;
+/// Where a larger share can be seen, there are candidates enough.
+const ENOUGH_SEEN: f64 = 0.9;
+/// Most candidates that are drawn in addition, relative to the first ones.
+const MOST_DRAWN: f64 = 9.0;
 /// Least number of candidates for each sample of a cloud that is larger than
 /// this. The grids double from one to the next, so that there may be four
 /// times as many on a surface.
@@ -36,11 +45,25 @@ pub struct SamplingOptions {
     /// Number of samples N.
     pub points: usize,
     pub seed: u64,
+    /// Which part of a mesh is sampled. Of no matter for a cloud.
+    pub surface: Surface,
+}
+
+/// Which part of a mesh's surface is sampled.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Surface {
+    /// What can be seen from outside, as [`outside`](super::outside) tells it:
+    /// no inner walls, no parts buried in others.
+    #[default]
+    Outside,
+    /// Every face.
+    All,
 }
 
 impl Default for SamplingOptions {
     fn default() -> Self {
-        Self { points: 3500, seed: 1 }
+        Self { points: 3500, seed: 1, surface: Surface::Outside }
     }
 }
 
@@ -71,23 +94,29 @@ pub enum SamplingError {
     PointsOutOfRange { points: usize, least: usize, most: usize },
 }
 
-/// Samples a mesh evenly to exactly `options.points` points on its surface.
-/// Faces that are degenerate, out of range or not finite are skipped.
+/// Samples a mesh evenly to exactly `options.points` points on its surface, or
+/// on the part of it that can be seen from outside. Where hardly anything can,
+/// all of it is taken; [`SampleCloud::part`] tells. Faces that are degenerate,
+/// out of range or not finite are skipped.
 ///
 /// # Errors
 /// [`SamplingError::NoArea`] where no face is left.
 pub fn sample_mesh(mesh: &TriMesh, options: &SamplingOptions) -> Result<SampleCloud, SamplingError> {
-    let surface = Surface::new(mesh)?;
+    let faces = Faces::new(mesh)?;
     let wanted = options.points;
-    let candidates = surface.draw(wanted.saturating_mul(CANDIDATES_PER_SAMPLE), options.seed);
+    let Candidates { points: candidates, part } = match options.surface {
+        Surface::All => faces.all_candidates(options),
+        Surface::Outside => faces.seen_candidates(options),
+    };
     let order = MortonOrder::new(&candidates);
     // Yuksel's largest possible spacing for N points on this area. A surface
     // that is folded over itself has less room than its area says.
-    let by_area = (surface.area() / (2.0 * 3f64.sqrt() * wanted.max(1) as f64)).sqrt();
+    let area = faces.area() * (1.0 - part.left_out());
+    let by_area = (area / (2.0 * 3f64.sqrt() * wanted.max(1) as f64)).sqrt();
     let by_cells = order.level_with(wanted).map_or(by_area, |level| 0.5 * level.cell);
     let kept = eliminate(&candidates, wanted, by_area.min(by_cells));
-    let points = kept.into_iter().map(|i| surface.frame.input(&candidates[i as usize])).collect();
-    Ok(SampleCloud { points, sample_of_input: None })
+    let points = kept.into_iter().map(|i| faces.frame.input(&candidates[i as usize])).collect();
+    Ok(SampleCloud { points, sample_of_input: None, part })
 }
 
 /// Takes a cloud of up to `options.points` distinct points as it is, and thins
@@ -150,7 +179,7 @@ fn mapped(points: &[Point3<f64>], finite: &[u32], local: &[Point3<f64>], kept: &
         sample_of_input[i as usize] = sample;
     }
     let points = kept.iter().map(|&k| points[finite[k as usize] as usize]).collect();
-    SampleCloud { points, sample_of_input: Some(sample_of_input) }
+    SampleCloud { points, sample_of_input: Some(sample_of_input), part: SampledPart::Whole }
 }
 
 /// Every distinct point becomes a sample, in order of first appearance.
@@ -170,38 +199,18 @@ fn distinct(points: &[Point3<f64>]) -> SampleCloud {
             })
         })
         .collect();
-    SampleCloud { points: kept, sample_of_input: Some(sample_of_input) }
+    SampleCloud { points: kept, sample_of_input: Some(sample_of_input), part: SampledPart::Whole }
 }
 
-/// The frame in which all sampling is done: the shape's box, centred, its
-/// longest edge 2. Far offsets and extreme units cost no precision there.
-#[derive(Debug, Clone, Copy)]
-struct Frame {
-    center: Vector3<f64>,
-    half_extent: f64,
-}
-
-impl Frame {
-    fn around(points: impl IntoIterator<Item = Point3<f64>>) -> Self {
-        let (lo, hi) = bounds(points).unwrap_or((Point3::origin(), Point3::origin()));
-        // Halved before they are added: sums near the largest number overflow.
-        let (lo, hi) = (lo.coords * 0.5, hi.coords * 0.5);
-        let half_extent = (hi - lo).max();
-        Self { center: lo + hi, half_extent: if half_extent > 0.0 { half_extent } else { 1.0 } }
-    }
-
-    fn local(&self, p: &Point3<f64>) -> Point3<f64> {
-        Point3::from((p.coords - self.center) / self.half_extent)
-    }
-
-    fn input(&self, p: &Point3<f64>) -> Point3<f64> {
-        Point3::from(p.coords * self.half_extent + self.center)
-    }
+/// Candidates for samples, in the frame.
+struct Candidates {
+    points: Vec<Point3<f64>>,
+    part: SampledPart,
 }
 
 /// The faces of a mesh that have an area, with the running sum of it.
 #[derive(Debug)]
-struct Surface {
+struct Faces {
     frame: Frame,
     /// Corners in the frame.
     triangles: Vec<[Point3<f64>; 3]>,
@@ -209,7 +218,7 @@ struct Surface {
     area_up_to: Vec<f64>,
 }
 
-impl Surface {
+impl Faces {
     fn new(mesh: &TriMesh) -> Result<Self, SamplingError> {
         let sound = || mesh.faces.iter().filter_map(|f| mesh.corners(f)).filter(has_area);
         let frame = Frame::around(sound().flatten());
@@ -228,11 +237,53 @@ impl Surface {
         self.area_up_to.last().copied().unwrap_or(0.0)
     }
 
-    /// Area-uniform points, in the frame. Stratified: the i-th point is drawn
-    /// from the i-th of `count` equal shares of the area, so that each face
-    /// gets its due number to within one.
-    fn draw(&self, count: usize, seed: u64) -> Vec<Point3<f64>> {
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+    fn all_candidates(&self, options: &SamplingOptions) -> Candidates {
+        let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
+        let count = options.points.saturating_mul(CANDIDATES_PER_SAMPLE);
+        let points = self.draw(count, &mut rng).into_iter().map(|(_, p)| p).collect();
+        Candidates { points, part: SampledPart::Whole }
+    }
+
+    /// Draws until about as many candidates are seen from outside as
+    /// [`Faces::all_candidates`] would draw; the same ones where all are.
+    fn seen_candidates(&self, options: &SamplingOptions) -> Candidates {
+        let room = Room::new(&self.triangles);
+        let mut rng = ChaCha8Rng::seed_from_u64(options.seed);
+        let count = options.points.saturating_mul(CANDIDATES_PER_SAMPLE);
+        let first = self.draw(count, &mut rng);
+        let mut seen = self.seen(&room, &first);
+        let share = seen.len() as f64 / count as f64;
+        let nothing = SampledPart::WholeAsHidden;
+        if share < LEAST_SEEN {
+            return Candidates { points: first.into_iter().map(|(_, p)| p).collect(), part: nothing };
+        }
+        let mut drawn = count;
+        if share < ENOUGH_SEEN {
+            let more = (count as f64 * (1.0 / share - 1.0).min(MOST_DRAWN)) as usize;
+            let second = self.draw(more, &mut rng);
+            seen.extend(self.seen(&room, &second));
+            drawn += more;
+        }
+        let left_out = 1.0 - seen.len() as f64 / drawn as f64;
+        Candidates { points: seen, part: SampledPart::Outside { left_out } }
+    }
+
+    /// Which of the drawn points are seen from outside, in their order.
+    fn seen(&self, room: &Room, drawn: &[(u32, Point3<f64>)]) -> Vec<Point3<f64>> {
+        drawn
+            .par_iter()
+            .filter(|(face, p)| {
+                let [a, b, c] = self.triangles[*face as usize];
+                room.sees(p, &(b - a).cross(&(c - a)).normalize())
+            })
+            .map(|(_, p)| *p)
+            .collect()
+    }
+
+    /// Area-uniform points, in the frame, each with its face. Stratified: the
+    /// i-th point is drawn from the i-th of `count` equal shares of the area,
+    /// so that each face gets its due number to within one.
+    fn draw(&self, count: usize, rng: &mut ChaCha8Rng) -> Vec<(u32, Point3<f64>)> {
         let share = self.area() / count as f64;
         (0..count)
             .map(|i| {
@@ -241,7 +292,8 @@ impl Surface {
                 let [a, b, c] = self.triangles[face];
                 // The square root makes the density uniform over the triangle.
                 let (r, v) = (rng.random::<f64>().sqrt(), rng.random::<f64>());
-                Point3::from(a.coords * (1.0 - r) + b.coords * (r * (1.0 - v)) + c.coords * (r * v))
+                let p = a.coords * (1.0 - r) + b.coords * (r * (1.0 - v)) + c.coords * (r * v);
+                (face as u32, Point3::from(p))
             })
             .collect()
     }

@@ -17,6 +17,7 @@ use std::path::{Path, PathBuf};
 use nalgebra::Point3;
 
 use crate::geometry::metrics::{MetricOptions, Reference, ReferenceError};
+use crate::geometry::outside::FilledOutside;
 use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, sample_cloud, sample_mesh};
 
 pub use error::{Place, ReadError, WriteError};
@@ -127,13 +128,17 @@ pub fn sample(shape: &Shape, options: &SamplingOptions) -> Result<SampleCloud, S
 }
 
 /// Prepares a shape as the reference that abstractions are measured against;
-/// see [`crate::geometry::metrics`].
+/// see [`crate::geometry::metrics`]. Of a mesh the inside with its hollows filled
+/// is measured, too; see [`FilledOutside`].
 ///
 /// # Errors
 /// Where the shape has no area (mesh) or no two distinct points (cloud).
 pub fn reference(shape: &Shape, options: &MetricOptions) -> Result<Reference, ReferenceError> {
     match &shape.geometry {
-        ShapeGeometry::Mesh(mesh) => Reference::of_mesh(mesh, options),
+        ShapeGeometry::Mesh(mesh) => {
+            let filled = FilledOutside::new(mesh);
+            Ok(Reference::of_mesh(mesh, options)?.with_filled(|p| filled.contains(p)))
+        }
         ShapeGeometry::Cloud(cloud) => Reference::of_cloud(&cloud.points, options),
     }
 }

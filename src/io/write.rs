@@ -11,7 +11,7 @@ use tempfile::NamedTempFile;
 use super::error::WriteError;
 use super::{Shape, ShapeGeometry, primitives};
 use crate::geometry::palette::{UNASSIGNED_COLOR, color_of};
-use crate::geometry::{SampleCloud, SamplingOptions};
+use crate::geometry::{SampleCloud, SampledPart, SamplingOptions, Surface};
 use crate::inference::{Abstraction, MergeReport, Method, Params, Phase, Primitive, UNASSIGNED};
 
 /// Names of the files that [`write_run`] puts into a folder.
@@ -101,8 +101,9 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), WriteError> {
     persist(file, path)
 }
 
-/// Writes the report of a run as JSON: input, sampling, method, parameters, seed,
-/// number of points, K by iteration, merges, seconds a phase, unassigned
+/// Writes the report of a run as JSON: input, sampling (of a mesh also which
+/// part of its surface, and what share of the area was left out), method,
+/// parameters, seed, number of points, K by iteration, merges, seconds a phase, unassigned
 /// points and mean distance.
 ///
 /// # Errors
@@ -310,6 +311,7 @@ struct ReportFile<'a> {
     sampling_seed: u64,
     points_wanted: usize,
     points: usize,
+    surface: Option<SurfaceEntry>,
     phase: Phase,
     iterations: u32,
     clusters_at_iteration: &'a [usize],
@@ -329,6 +331,25 @@ struct InputEntry<'a> {
     points: usize,
     faces: usize,
     notes: &'a [String],
+}
+
+/// What of a mesh was sampled.
+#[derive(Debug, Serialize)]
+struct SurfaceEntry {
+    asked_for: Surface,
+    sampled: Surface,
+    area_left_out: f64,
+    note: Option<String>,
+}
+
+impl SurfaceEntry {
+    fn new(asked_for: Surface, part: &SampledPart) -> Self {
+        let sampled = match part {
+            SampledPart::Outside { .. } => Surface::Outside,
+            SampledPart::Whole | SampledPart::WholeAsHidden => Surface::All,
+        };
+        Self { asked_for, sampled, area_left_out: part.left_out(), note: part.note() }
+    }
 }
 
 #[derive(Debug, Serialize)]
@@ -366,6 +387,10 @@ fn report_json(w: &mut impl Write, outcome: &Outcome<'_>, record: &RunRecord) ->
         sampling_seed: sampling.seed,
         points_wanted: sampling.points,
         points: cloud.points.len(),
+        surface: match &shape.geometry {
+            ShapeGeometry::Mesh(_) => Some(SurfaceEntry::new(sampling.surface, &cloud.part)),
+            ShapeGeometry::Cloud(_) => None,
+        },
         phase: abstraction.phase,
         iterations: abstraction.iteration,
         clusters_at_iteration: &record.clusters,

@@ -6,6 +6,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use crate::geometry::SampledPart;
 use crate::inference::{Algorithm, Occurrence, Params, Phase, Primitive, Setting};
 use crate::worker::{Activity, Command, Event, LoadedShape, Pace, SamplingOptions, Snapshot, Source};
 
@@ -370,6 +371,13 @@ impl Session {
         }
         let points = shape.cloud.points.len();
         self.messages.push(Level::Detail, format!("Loaded {name} with {points} samples"), "");
+        if let Some(note) = shape.cloud.part.note() {
+            let level = match shape.cloud.part {
+                SampledPart::WholeAsHidden => Level::Note,
+                SampledPart::Whole | SampledPart::Outside { .. } => Level::Detail,
+            };
+            self.messages.push(level, format!("{name}: {note}"), "");
+        }
         // What went wrong before doesn't concern the new shape.
         self.messages.dismiss_errors();
         self.loaded = Some(shape);

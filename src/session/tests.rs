@@ -95,7 +95,7 @@ fn a_shape_is_run_as_soon_as_it_is_there() {
         generation: 2,
         shape: Arc::clone(&session.loaded.as_ref().expect("a shape").shape),
         cloud: Arc::clone(&session.loaded.as_ref().expect("a shape").cloud),
-        sampling: SamplingOptions { points: 5, seed: 2 },
+        sampling: SamplingOptions { points: 5, seed: 2, ..SamplingOptions::default() },
     });
     assert!(session.absorb(Event::Loaded(again)).is_empty());
     assert_eq!(session.camera, camera);

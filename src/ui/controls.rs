@@ -4,6 +4,7 @@ use egui::{DragValue, Grid, Label, Response, RichText, Slider, Ui};
 
 use super::theme::{self, Palette};
 use super::widgets::{choice, count, divide, fact, length, primary_button, section, verb_button};
+use crate::geometry::Surface;
 use crate::geometry::kernel::Distance;
 use crate::inference::{MergeRule, Method, Params, Setting};
 use crate::io::ShapeGeometry;
@@ -65,6 +66,15 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             .labelled_by(label)
             .on_hover_text("Seed of the sampling");
     });
+    if matches!(loaded.shape.geometry, ShapeGeometry::Mesh(_)) {
+        let mut outside = sampling.surface == Surface::Outside;
+        let tooltip = match loaded.cloud.part.note() {
+            Some(note) => format!("No samples on inner walls and buried parts. In this run {note}"),
+            None => "No samples on inner walls and buried parts".to_owned(),
+        };
+        ui.checkbox(&mut outside, "Only the surface seen from outside").on_hover_text(tooltip);
+        sampling.surface = if outside { Surface::Outside } else { Surface::All };
+    }
     if session.is_enabled(Verb::Resample) {
         verb_button(ui, session, Verb::Resample, ui.available_width(), actions);
     }

@@ -3,8 +3,13 @@
 #![allow(clippy::unwrap_used, clippy::print_stdout)] // A failure fails the test; a skip is said.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use nalgebra::Point3;
+use superform::geometry::metrics::{MetricOptions, Reference, evaluate};
+use superform::geometry::tessellate::{Resolution, tessellate};
+use superform::geometry::{SampleCloud, Superquadric, TriMesh};
+use superform::inference::{Abstraction, Cancel, Params, Sampler};
 use superform::io::{self, ReadError, Shape, ShapeGeometry};
 use tempfile::TempDir;
 
@@ -41,4 +46,43 @@ pub(crate) fn shared_data() -> Option<PathBuf> {
     }
     println!("skipped: {} is missing, which holds the test shapes", folder.display());
     None
+}
+
+/// The state at the end of a run.
+pub(crate) fn finished(cloud: &Arc<SampleCloud>, params: Params) -> Abstraction {
+    let cancel = Cancel::default();
+    let mut sampler = Sampler::new(Arc::clone(cloud), params, &cancel).unwrap();
+    while !sampler.is_finished() {
+        sampler.step(&cancel).unwrap();
+    }
+    sampler.abstraction()
+}
+
+/// The same, on a cloud taken as it is.
+pub(crate) fn abstracted(points: &[Point3<f64>], params: Params) -> Abstraction {
+    finished(&Arc::new(SampleCloud::from_points(points)), params)
+}
+
+/// The surfaces of primitives as one mesh.
+pub(crate) fn union_mesh(shapes: &[Superquadric]) -> TriMesh {
+    let mut mesh = TriMesh::default();
+    for shape in shapes {
+        let surface = tessellate(shape, Resolution::default());
+        let first = mesh.vertices.len() as u32;
+        mesh.vertices.extend(surface.vertices);
+        mesh.faces.extend(surface.faces.iter().map(|f| f.map(|i| i + first)));
+    }
+    mesh
+}
+
+/// How far two abstractions are from each other: the larger of the mean
+/// distances of the surface of either to the other, in units of its longest
+/// edge.
+pub(crate) fn apart(a: &[Superquadric], b: &[Superquadric]) -> f64 {
+    let one_way = |from: &[Superquadric], to: &[Superquadric]| {
+        let options = MetricOptions { samples: 20_000, volume_points: 1000, seed: 1 };
+        let reference = Reference::of_mesh(&union_mesh(to), &options).unwrap();
+        evaluate(from, None, &reference).accuracy.unwrap()
+    };
+    one_way(a, b).max(one_way(b, a))
 }

@@ -23,7 +23,7 @@ const MOST_EVENTS: usize = 2000;
 pub(crate) fn options(source: Source) -> Options {
     Options {
         source,
-        sampling: SamplingOptions { points: 700, seed: 1 },
+        sampling: SamplingOptions { points: 700, seed: 1, ..SamplingOptions::default() },
         params: Params { iterations: 6, clusters: 12, ..Params::default() },
         screenshot: None,
     }

@@ -133,12 +133,15 @@ impl Reference {
 
     /// Adds the mesh's inside with its hollows filled, for
     /// [`Metrics::iou_outside`]: `is_inside` is asked about points in input
-    /// units. Changes nothing for a cloud.
+    /// units. Changes nothing for a cloud, and where next to nothing is inside:
+    /// a thin shell has no volume to compare with.
     #[must_use]
     pub fn with_filled(mut self, is_inside: impl Fn(&Point3<f64>) -> bool + Sync) -> Self {
         if let Ok(volume) = &mut self.volume {
             let frame = self.frame;
-            volume.filled = Some(volume.points.par_iter().map(|p| is_inside(&frame.input(p))).collect());
+            let filled: Vec<bool> = volume.points.par_iter().map(|p| is_inside(&frame.input(p))).collect();
+            let inside = filled.iter().filter(|f| **f).count();
+            volume.filled = (inside > FEWEST_INSIDE).then_some(filled);
         }
         self
     }
