@@ -148,6 +148,9 @@ fn a_method_is_chosen_run_and_seen() {
     ] {
         assert_eq!(driver.is_slider_enabled(slider), is_read, "{slider}");
     }
+    driver.harness.get_by_role_and_label(ui_common::Role::Slider, "Concentration α").hover();
+    driver.harness.run_steps(8);
+    assert!(driver.shows("K-means doesn't read this"), "a grey slider says why");
     driver.press("Run");
     driver.settle();
     let phase = driver.session().phase();

@@ -17,6 +17,8 @@
 //! parameters with these weights, and then σ. Where that stalls, switching
 //! tries configurations of other parameters and nearly the same surface.
 
+use std::sync::Arc;
+
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
@@ -39,6 +41,9 @@ const LM_STEPS: usize = 3;
 /// stalled, and above which a switched configuration is better.
 const STALLED: f64 = 1e-4;
 const BETTER: f64 = 2e-3;
+/// σ in parts of √A at most: a body that is small beside its noise is a cloud
+/// around a place, and no surface.
+const LARGEST_SIGMA: f64 = 0.1;
 /// Rounds and switches at most.
 const ROUNDS: u32 = 100;
 const SWITCHES: u32 = 2;
@@ -46,6 +51,8 @@ const SWITCHES: u32 = 2;
 const CROWDED: [f64; 3] = [1.0, 0.5, 0.25];
 /// Neighbours by which crowded points are told from lonely ones.
 const CROWD: usize = 6;
+/// Points that are told apart in this way at most.
+const CROWD_POINTS: usize = 4000;
 /// A box of points thinner than this share of its length and width is tried
 /// as a plate, too.
 const PLATE: f64 = 0.1;
@@ -81,7 +88,8 @@ pub(crate) struct Estimate {
 /// The recovery of one primitive, round by round.
 #[derive(Debug, Clone)]
 pub(crate) struct Recovery {
-    problem: Problem,
+    /// Shared by checkpoints.
+    problem: Arc<Problem>,
     estimate: Estimate,
     rounds: u32,
     switches: u32,
@@ -118,15 +126,17 @@ impl Problem {
     /// Bodies to start from: of all points, and of the more crowded ones, since
     /// a surface is denser than what is strewn about in space.
     fn starts(&self) -> Vec<Superquadric> {
-        let tree = KdTree::new(&self.points);
+        let stride = self.points.len().div_ceil(CROWD_POINTS).max(1);
+        let some: Vec<Point3<f64>> = self.points.iter().step_by(stride).copied().collect();
+        let tree = KdTree::new(&some);
         let mut by_crowd: Vec<(f64, u32)> = (0u32..)
-            .zip(&self.points)
+            .zip(&some)
             .map(|(i, p)| (tree.nearest(p, CROWD + 1).last().map_or(0.0, |f| f.0), i))
             .collect();
         by_crowd.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
         let crowded = CROWDED.map(|share| {
-            let n = (share * self.points.len() as f64).ceil() as usize;
-            by_crowd.iter().take(n).map(|c| self.points[c.1 as usize]).collect::<Vec<_>>()
+            let n = (share * some.len() as f64).ceil() as usize;
+            by_crowd.iter().take(n).map(|c| some[c.1 as usize]).collect::<Vec<_>>()
         });
         crowded.iter().flat_map(|points| self.starts_from(points)).collect()
     }
@@ -153,7 +163,13 @@ impl Problem {
         squares.sort_by(f64::total_cmp);
         let n = ((1.0 - self.outlier_prior) * squares.len() as f64).ceil().max(1.0) as usize;
         let kept = &squares[..n.min(squares.len())];
-        (kept.iter().sum::<f64>() / kept.len().max(1) as f64).sqrt().max(self.sigma_floor)
+        let sigma = (kept.iter().sum::<f64>() / kept.len().max(1) as f64).sqrt();
+        self.bounded(sigma, tessellate::surface_area(shape))
+    }
+
+    /// σ within its bounds for a body of surface area `area`.
+    fn bounded(&self, sigma: f64, area: f64) -> f64 {
+        sigma.min(LARGEST_SIGMA * area.sqrt()).max(self.sigma_floor)
     }
 
     /// Expectation: for each point of `block` the probability of being no
@@ -194,8 +210,9 @@ impl Problem {
         let sum = kernel::weighted_cost(&found.shape, block, &weights, self.distance);
         // ∂/∂σ of the expected log-likelihood is 0 where
         // Σ w·d² = σ²·Σ w·(1 + 4πσ²/(A + 2πσ²)).
-        let area = tessellate::surface_area(&found.shape) + margin;
-        let sigma = (sum / (total * (1.0 + 2.0 * margin / area))).sqrt().max(self.sigma_floor);
+        let area = tessellate::surface_area(&found.shape);
+        let sigma = (sum / (total * (1.0 + 2.0 * margin / (area + margin)))).sqrt();
+        let sigma = self.bounded(sigma, area);
         let (_, likelihood) = self.expect(&found.shape, sigma, block);
         Estimate { shape: found.shape, sigma, likelihood }
     }
@@ -243,7 +260,7 @@ impl Recovery {
         let (_, likelihood) = problem.expect(&estimate.shape, estimate.sigma, &problem.all);
         Self {
             estimate: Estimate { likelihood, ..estimate },
-            problem,
+            problem: Arc::new(problem),
             rounds: 0,
             switches: 0,
             is_done: false,
@@ -252,10 +269,10 @@ impl Recovery {
 
     /// Takes another prior and distance from here on.
     pub(crate) fn tune(&mut self, outlier_prior: f64, distance: Distance) {
-        let problem = &mut self.problem;
-        if (problem.outlier_prior, problem.distance) == (outlier_prior, distance) {
+        if (self.problem.outlier_prior, self.problem.distance) == (outlier_prior, distance) {
             return;
         }
+        let problem = Arc::make_mut(&mut self.problem);
         (problem.outlier_prior, problem.distance) = (outlier_prior, distance);
         let Estimate { shape, sigma, .. } = self.estimate;
         self.estimate.likelihood = problem.expect(&shape, sigma, &problem.all).1;
