@@ -150,9 +150,9 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     .show(ui, &mut p, |p| &mut p.clusters, Params::CLUSTERS);
     Row {
         label: "Cost of a primitive",
-        tooltip: "What a primitive costs in the description length, as a multiple of its parameters' worth: \
-                  more gives fewer primitives with larger errors, less the other way. Taken at the next \
-                  merge and at the end.",
+        tooltip: "How much of the error a primitive has to save to be worth having, as a multiple of the \
+                  default: more gives fewer primitives with larger errors, less the other way. Taken at the \
+                  next merge and at the end.",
         setting: Setting::PrimitiveCost,
     }
     .show(ui, &mut p, |p| &mut p.primitive_cost, Params::PRIMITIVE_COST);
@@ -181,9 +181,9 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         setting: Setting::Merge,
         options: &[
             (
-                MergeRule::DescriptionLength,
-                "Description length",
-                "First the pair whose merge shortens the description of the cloud most",
+                MergeRule::Energy,
+                "Energy",
+                "First the pair whose merge lowers the energy most: two-way error plus cost of primitives",
             ),
             (
                 MergeRule::Paper,
@@ -214,8 +214,8 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             |p| &mut p.refine,
             Setting::Refine,
             "Refine at the end",
-            "After the last iteration, assign, refit, split and merge until the description of the cloud \
-             gets no shorter",
+            "After the last iteration, assign, refit, cut, merge and remove while that lowers the energy: \
+             two-way error plus cost of primitives",
         ),
         (
             |p| &mut p.freeze,
