@@ -8,7 +8,7 @@ use super::super::frame::Frame;
 use super::super::params::Params;
 use super::super::sampler::Cancel;
 use super::super::state::Model;
-use super::{block, jitter, noise, samples, scene};
+use super::{block, jitter, samples, scene};
 use crate::geometry::Superquadric;
 use crate::geometry::kernel::Distance;
 
@@ -58,18 +58,6 @@ fn one_primitive_is_cheaper_than_its_halves() {
                 let gain = whole - energy(&halves(&points, normal));
                 assert!(gain < 0.0, "{name} with σ = {sigma} cut along {normal:?} gains {gain}");
             }
-        }
-    }
-}
-
-#[test]
-fn splitting_noise_does_not_pay() {
-    for seed in 0..3 {
-        let points = noise(400, seed);
-        let whole = energy(std::slice::from_ref(&points));
-        for normal in CUTS {
-            let gain = whole - energy(&halves(&points, normal));
-            assert!(gain < 0.0, "noise {seed} cut along {normal:?} gains {gain}");
         }
     }
 }
