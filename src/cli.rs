@@ -14,14 +14,16 @@ mod headless;
 mod interrupt;
 
 use std::io::Write;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
+use std::str::FromStr;
 
-use clap::{Args, Parser, Subcommand, ValueEnum};
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 
 use crate::geometry::metrics::MetricOptions;
 use crate::geometry::{SamplingOptions, Surface};
-use crate::inference::{MergeRule, Params};
+use crate::inference::{MergeRule, Method, Params, Setting};
 use crate::worker::Source;
 
 pub use bench::BenchJob;
@@ -125,41 +127,55 @@ impl MeasureArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Settings")]
 struct SettingsArgs {
-    /// Number of samples N [default: 3500]
-    #[arg(long, value_name = "N")]
+    /// How to abstract the shape; the other options tune what the method reads
+    #[arg(long, visible_alias = "preset", value_name = "NAME", value_parser = methods(), default_value = "default")]
+    method: Method,
+    /// Number of samples N, from 100 to 200000 [default: 3500]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     points: Option<usize>,
     /// Part of a mesh that is sampled
     #[arg(long, value_enum, default_value_t = SurfaceChoice::Outside)]
     surface: SurfaceChoice,
-    /// Seed of all random draws: the same seed gives the same result [default: 1]
-    #[arg(long, value_name = "S")]
+    /// Seed of all random draws, a whole number: the same seed gives the same
+    /// result [default: 1]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = whole::<u64>)]
     seed: Option<u64>,
-    /// Concentration α: the larger, the more primitives [default: 0.5]
+    /// Concentration α: the larger, the more primitives; from 0.001 to 100
+    /// [default: 0.5]
     #[arg(long, value_name = "ALPHA", allow_negative_numbers = true)]
     alpha: Option<f64>,
-    /// Density p0 that a new primitive gives to any point [default: 0.1]
+    /// Density p0 that a new primitive gives to any point, from 1e-6 to 10
+    /// [default: 0.1]
     #[arg(long, value_name = "P0", allow_negative_numbers = true)]
     p0: Option<f64>,
-    /// Number of Gibbs iterations T [default: 30]
-    #[arg(long, value_name = "T")]
+    /// Number of Gibbs iterations T, from 1 to 500 [default: 30]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = whole::<u32>)]
     iterations: Option<u32>,
-    /// Number of clusters K at the start [default: 30]
-    #[arg(long, value_name = "K")]
+    /// Number of clusters K at the start, from 1 to 500 [default: 30]
+    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = whole::<u32>)]
     clusters: Option<u32>,
+    /// Cost of a primitive: more gives fewer primitives with larger errors, from
+    /// 0.1 to 10 [default: 1]
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    primitive_cost: Option<f64>,
+    /// Share of outliers that EMS expects, from 0.01 to 0.99 [default: 0.5, and 0.9
+    /// for hierarchical-ems]
+    #[arg(long, value_name = "W0", allow_negative_numbers = true)]
+    outlier_prior: Option<f64>,
     /// Leave the primitives unmerged
     #[arg(long)]
     no_merge: bool,
-    /// Set of parameters that the other options change
-    #[arg(long, value_enum, default_value_t = Preset::Default)]
-    preset: Preset,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum Preset {
-    /// What gives the best results
-    Default,
-    /// The steps of the paper and its authors' program
-    Paper,
+/// The methods, with what they do.
+fn methods() -> impl TypedValueParser<Value = Method> {
+    let values = Method::ALL.map(|method| PossibleValue::new(method.name()).help(method.tooltip()));
+    PossibleValuesParser::new(values).try_map(|name| name.parse::<Method>())
+}
+
+/// A number that counts something.
+fn whole<T: FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| "it must be a whole number, and not negative".to_owned())
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
@@ -173,25 +189,37 @@ enum SurfaceChoice {
 impl SettingsArgs {
     fn resolve(&self) -> Result<(SamplingOptions, Params), String> {
         let mut sampling = SamplingOptions::default();
-        let mut params = match self.preset {
-            Preset::Default => Params::default(),
-            Preset::Paper => Params::paper(),
-        };
+        let mut params = self.method.params();
         sampling.points = self.points.unwrap_or(sampling.points);
         sampling.surface = match self.surface {
             SurfaceChoice::Outside => Surface::Outside,
             SurfaceChoice::All => Surface::All,
         };
-        params.alpha = self.alpha.unwrap_or(params.alpha);
-        params.p0 = self.p0.unwrap_or(params.p0);
-        params.iterations = self.iterations.unwrap_or(params.iterations);
-        params.clusters = self.clusters.unwrap_or(params.clusters);
         if let Some(seed) = self.seed {
             (sampling.seed, params.seed) = (seed, seed);
         }
         if self.no_merge {
             params.merge = MergeRule::None;
         }
+        for (given, option, setting) in [
+            (self.alpha.is_some(), "--alpha", Setting::Alpha),
+            (self.p0.is_some(), "--p0", Setting::P0),
+            (self.iterations.is_some(), "--iterations", Setting::Iterations),
+            (self.clusters.is_some(), "--clusters", Setting::Clusters),
+            (self.primitive_cost.is_some(), "--primitive-cost", Setting::PrimitiveCost),
+            (self.outlier_prior.is_some(), "--outlier-prior", Setting::OutlierPrior),
+            (self.no_merge, "--no-merge", Setting::Merge),
+        ] {
+            if given && !params.reads(setting) {
+                return Err(format!("--method {} does not read {option}; leave it out", self.method));
+            }
+        }
+        params.alpha = self.alpha.unwrap_or(params.alpha);
+        params.p0 = self.p0.unwrap_or(params.p0);
+        params.iterations = self.iterations.unwrap_or(params.iterations);
+        params.clusters = self.clusters.unwrap_or(params.clusters);
+        params.primitive_cost = self.primitive_cost.unwrap_or(params.primitive_cost);
+        params.outlier_prior = self.outlier_prior.unwrap_or(params.outlier_prior);
         sampling.check().map_err(|e| e.to_string())?;
         params.check()?;
         Ok((sampling, params))
@@ -218,6 +246,18 @@ pub struct WindowRequest {
 }
 
 impl Cli {
+    /// Reads the command line of this process. Where it can't be read or asks
+    /// for help, says so and exits.
+    pub fn read() -> Self {
+        Self::try_parse().unwrap_or_else(|error| {
+            if let Some(problem) = misspelt_command(&error, std::env::args().skip(1)) {
+                say(&problem);
+                std::process::exit(2);
+            }
+            error.exit()
+        })
+    }
+
     /// The request, with all settings within their limits.
     ///
     /// # Errors
@@ -247,6 +287,28 @@ impl Cli {
         let HeadlessJob { source, sampling, params, .. } = job;
         Ok(Request::Window(WindowRequest { source, sampling, params, screenshot }))
     }
+}
+
+/// What to say of `superform runn FILE`, which reads as one file too many.
+fn misspelt_command(error: &clap::Error, mut args: impl Iterator<Item = String>) -> Option<String> {
+    use clap::error::ErrorKind::{ArgumentConflict, UnknownArgument};
+    let (first, second) = (args.next()?, args.next()?);
+    if !matches!(error.kind(), ArgumentConflict | UnknownArgument)
+        || first.starts_with('-')
+        || second.starts_with('-')
+        || Path::new(&first).exists()
+    {
+        return None;
+    }
+    let cli = Cli::command();
+    let commands: Vec<&str> = cli.get_subcommands().map(clap::Command::get_name).collect();
+    let known = commands.contains(&first.as_str());
+    (!known).then(|| {
+        format!(
+            "{first} is neither a command nor a file that is there; the commands are {} (see superform --help)",
+            commands.join(", ")
+        )
+    })
 }
 
 /// Does the job of a window that can't be opened, for the reason `why`, and
@@ -288,8 +350,6 @@ fn say(line: &str) {
 
 #[cfg(test)]
 mod tests {
-    use clap::CommandFactory;
-
     use super::*;
 
     fn request(args: &[&str]) -> Result<Request, String> {
@@ -321,9 +381,9 @@ mod tests {
             "500",
             "--seed",
             "42",
+            "--primitive-cost",
+            "2.5",
             "--no-merge",
-            "--preset",
-            "paper",
             "--surface",
             "all",
         ]) else {
@@ -337,10 +397,67 @@ mod tests {
             iterations: 7,
             clusters: 9,
             seed: 42,
+            primitive_cost: 2.5,
             merge: MergeRule::None,
-            ..Params::paper()
+            ..Params::default()
         };
         assert_eq!(job.params, expected);
+    }
+
+    #[test]
+    fn methods_are_called_by_name_and_refuse_what_they_do_not_read() {
+        for method in Method::ALL {
+            for option in ["--method", "--preset"] {
+                let Ok(Request::Headless(job)) =
+                    request(&["run", "a.ply", "-o", "out", option, method.name()])
+                else {
+                    panic!("{method} is no run")
+                };
+                assert_eq!(job.params, method.params());
+            }
+        }
+        for (args, option) in [
+            (&["--method", "kmeans", "--alpha", "2"][..], "--alpha"),
+            (&["--method", "ems", "--clusters", "2"], "--clusters"),
+            (&["--method", "hierarchical-ems", "--no-merge"], "--no-merge"),
+            (&["--method", "paper", "--primitive-cost", "2"], "--primitive-cost"),
+            (&["--outlier-prior", "0.2"], "--outlier-prior"),
+        ] {
+            let problem = request(args).unwrap_err();
+            assert!(problem.contains(&format!("does not read {option}")), "{problem}");
+        }
+        for (args, outlier_prior, clusters) in
+            [(["ems", "--outlier-prior", "0.2"], 0.2, 30), (["kmeans", "--clusters", "7"], 0.5, 7)]
+        {
+            let Ok(Request::Window(window)) = request(&[&["--method"], &args[..]].concat()) else {
+                panic!("not a window")
+            };
+            assert_eq!((window.params.outlier_prior, window.params.clusters), (outlier_prior, clusters));
+        }
+    }
+
+    /// The limits that --help names are those that hold.
+    #[test]
+    fn help_names_the_limits() {
+        let mut command = Cli::command();
+        let run = command.find_subcommand_mut("run").unwrap();
+        let help = run.render_long_help().to_string();
+        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        let limits = [
+            ("N", SamplingOptions::POINTS.0 as f64, SamplingOptions::POINTS.1 as f64),
+            ("ALPHA", Params::ALPHA.0, Params::ALPHA.1),
+            ("P0", Params::P0.0, Params::P0.1),
+            ("T", f64::from(Params::ITERATIONS.0), f64::from(Params::ITERATIONS.1)),
+            ("K", f64::from(Params::CLUSTERS.0), f64::from(Params::CLUSTERS.1)),
+            ("C", Params::PRIMITIVE_COST.0, Params::PRIMITIVE_COST.1),
+            ("W0", Params::OUTLIER_PRIOR.0, Params::OUTLIER_PRIOR.1),
+        ];
+        for (value, low, high) in limits {
+            let text = help.split(&format!("<{value}>")).nth(1).unwrap().split("--").next().unwrap();
+            let (from, to) = text.split("from ").nth(1).unwrap().split_once(" to ").unwrap();
+            let to = to.split_whitespace().next().unwrap();
+            assert_eq!((from.parse(), to.parse()), (Ok(low), Ok(high)), "{text}");
+        }
     }
 
     #[test]
@@ -362,6 +479,7 @@ mod tests {
             (["--iterations", "0"], "iterations"),
             (["--clusters", "100000"], "clusters"),
             (["--points", "3"], "samples"),
+            (["--primitive-cost", "0"], "primitive cost"),
         ] {
             let problem = request(&args).unwrap_err();
             assert!(problem.contains(word) && problem.contains("between"), "{problem}");

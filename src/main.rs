@@ -2,12 +2,11 @@
 
 use std::process::ExitCode;
 
-use clap::Parser;
 use superform::cli::{self, Cli, Request, WindowRequest};
 
 fn main() -> ExitCode {
     cli::start_log();
-    match Cli::parse().request() {
+    match Cli::read().request() {
         Ok(Request::Headless(job)) => job.run(),
         Ok(Request::Evaluate(job)) => job.run(),
         Ok(Request::Bench(job)) => job.run(),

@@ -147,6 +147,43 @@ fn labels(path: &Path) -> Vec<i32> {
 }
 
 #[test]
+fn every_method_runs_and_says_which_it_was() {
+    let folder = tempfile::tempdir().unwrap();
+    write_cloud(&folder.path().join("in.xyz"));
+    for (method, algorithm) in [
+        ("default", "sampler"),
+        ("paper", "sampler"),
+        ("without-merge", "sampler"),
+        ("kmeans", "kmeans"),
+        ("ems", "ems"),
+        ("hierarchical-ems", "hierarchical-ems"),
+    ] {
+        let mut args = vec!["run", "in.xyz", "-o", method, "--points", "400", "--method", method];
+        if algorithm == "sampler" {
+            args.extend(["--iterations", "3"]);
+        }
+        let output = superform(folder.path(), &args);
+        assert!(output.status.success(), "{method}: {}", stderr(&output));
+        let out = folder.path().join(method);
+        let primitives = json(&out.join("primitives.json"));
+        for file in [&json(&out.join("report.json")), &primitives] {
+            assert_eq!(file["method"], method);
+            assert_eq!(file["params"]["algorithm"], algorithm);
+        }
+        let primitives = primitives["primitives"].as_array().unwrap();
+        let summary = String::from_utf8(output.stdout).unwrap();
+        assert_eq!(summary.contains("\n1 primitive, "), primitives.len() == 1, "{summary}");
+        assert_eq!(primitives.len() == 1, method == "ems", "{method} gave {}", primitives.len());
+        let (labels, ids) = (labels(&out.join("segmented.ply")), ids(primitives));
+        assert!(labels.iter().all(|l| *l == -1 || ids.contains(l)));
+    }
+    // What is tuned is still the method, what is combined anew is none.
+    let args = [&["run", "in.xyz", "-o", "own", "--no-merge"], &QUICK[..]].concat();
+    assert!(superform(folder.path(), &args).status.success());
+    assert!(json(&folder.path().join("own/report.json"))["method"].is_null());
+}
+
+#[test]
 fn the_seed_gives_the_same_bytes_on_any_number_of_threads() {
     let folder = tempfile::tempdir().unwrap();
     write_cloud(&folder.path().join("in.xyz"));
@@ -206,6 +243,11 @@ fn a_command_line_that_makes_no_sense_is_refused() {
         (&["--points", "many"], "many"),
         (&["run", "a.obj", "-o", "out", "--alpha", "-3"], "alpha is -3, but must lie between"),
         (&["--preset", "best"], "paper"),
+        (&["--method", "best"], "hierarchical-ems"),
+        (&["run", "a.obj", "-o", "out", "--method", "kmeans", "--p0", "1"], "does not read --p0"),
+        (&["--seed", "-1"], "'-1' for '--seed <S>': it must be a whole number"),
+        (&["--p0", "1e300"], "p0 is 1e300, but must lie between 1e-6 and 10"),
+        (&["runn", "a.obj"], "runn is neither a command nor a file"),
         (&["--screenshot", "a.png", "--headless"], "cannot be used with"),
     ] {
         let output = superform(folder.path(), args);

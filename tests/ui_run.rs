@@ -114,12 +114,10 @@ fn a_slider_moved_during_the_run_is_taken_on_the_way() {
 }
 
 #[test]
-fn presets_and_keys_do_what_the_buttons_do() {
+fn keys_do_what_the_buttons_do() {
     let mut driver = Driver::finished();
-    driver.press("Paper");
-    assert!(driver.session().params.freeze);
-    driver.press("Default");
-    assert!(!driver.session().params.freeze);
+    driver.choose("Method", "Paper");
+    driver.choose("Method", "Default");
     driver.key(Modifiers::NONE, Key::Backspace);
     driver.settle();
     assert_eq!(driver.iteration(), 0);
@@ -131,6 +129,78 @@ fn presets_and_keys_do_what_the_buttons_do() {
     driver.key(Modifiers::NONE, Key::Space);
     driver.settle();
     assert!(driver.iteration() < 30);
+}
+
+#[test]
+fn a_method_is_chosen_run_and_seen() {
+    let mut driver = Driver::finished();
+    driver.choose("Method", "Paper");
+    assert!(driver.session().params.freeze);
+    driver.choose("Method", "K-means");
+    driver.slide("Clusters K", 9.0);
+    assert!(driver.shows("shown now is Sampler"), "that it waits is said");
+    for (slider, is_read) in [
+        ("Concentration α", false),
+        ("New cluster p0", false),
+        ("Iterations T", false),
+        ("Clusters K", true),
+        ("Cost of a primitive", false),
+        ("Outlier prior w0", false),
+    ] {
+        assert_eq!(driver.is_slider_enabled(slider), is_read, "{slider}");
+    }
+    driver.harness.get_by_role_and_label(ui_common::Role::Slider, "Concentration α").hover();
+    driver.harness.run_steps(8);
+    assert!(driver.shows("K-means doesn't read this"), "a grey slider says why");
+    driver.press("Run");
+    driver.settle();
+    let phase = driver.session().phase();
+    assert_eq!((driver.session().primitives().len(), phase), (9, Some(Phase::Finished)));
+    assert_eq!(driver.session().history.entries().len(), 10, "every fit was seen");
+    assert!(driver.shows("K-means: step 9 of 9") && driver.shows("Finished"));
+    assert!(!driver.is_enabled("Step merge"), "there is nothing to judge a merge by");
+    for (method, title) in
+        [("One primitive (EMS)", "EMS: step"), ("Hierarchical EMS", "Hierarchical EMS: step")]
+    {
+        driver.choose("Method", method);
+        assert!(driver.is_slider_enabled("Outlier prior w0") && !driver.is_slider_enabled("Clusters K"));
+        driver.press("Run");
+        driver.settle();
+        assert!(driver.shows(title) && driver.shows("Finished"), "{method}");
+        let count = driver.session().primitives().len();
+        assert_eq!(count == 1, method.starts_with("One"), "{method} found {count}");
+        assert!(!driver.shows("shown now is"), "it was taken");
+        assert!(!driver.shows("1 primitives"));
+    }
+    driver.choose("Method", "Default");
+    driver.press("Run");
+    driver.until(|s| s.snapshot.as_ref().is_some_and(|s| s.abstraction.iteration == 1));
+    assert!(driver.shows("Iteration "));
+}
+
+#[test]
+fn the_cost_of_a_primitive_is_turned() {
+    let mut driver = Driver::finished();
+    let count = |driver: &Driver| driver.session().primitives().len();
+    let before = count(&driver);
+    driver.slide("Cost of a primitive", 10.0);
+    driver.press("Run");
+    driver.settle();
+    let dear = count(&driver);
+    driver.slide("Cost of a primitive", 0.1);
+    driver.press("Run");
+    driver.settle();
+    assert!(dear <= before && dear < count(&driver), "{dear} {before} {}", count(&driver));
+    // The paper's merges do not read it.
+    driver.choose("Method", "Paper");
+    assert!(!driver.is_slider_enabled("Cost of a primitive"));
+}
+
+#[test]
+fn iterations_below_what_is_done_are_not_claimed() {
+    let mut driver = Driver::finished();
+    driver.slide("Iterations T", 3.0);
+    assert!(driver.shows("Iteration 6 of 6") && !driver.shows("of 3"));
 }
 
 #[test]

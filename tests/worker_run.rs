@@ -4,7 +4,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use superform::inference::{Params, Phase};
+use superform::inference::{Method, Params, Phase};
 use superform::worker::{Activity, Command, Event, SamplingOptions, Snapshot, Source, Worker};
 
 /// Longer than anything here takes; reached only by a failing test.
@@ -86,4 +86,32 @@ fn the_results_of_a_step_are_exported() {
         json["primitives"].as_array().unwrap().iter().map(|p| p["id"].as_u64().unwrap()).collect();
     let expected: Vec<u64> = state.abstraction.primitives.iter().map(|p| u64::from(p.id)).collect();
     assert_eq!(ids, expected);
+}
+
+#[test]
+fn another_method_starts_anew() {
+    let mut worker = start();
+    worker.send(Command::StepIteration);
+    until_idle(&mut worker);
+    let params = Params { clusters: 7, ..Method::KMeans.params() };
+    worker.send(Command::SetParams(params));
+    worker.send(Command::StepIteration);
+    let sampled = until_idle(&mut worker).pop().unwrap();
+    assert_eq!(Method::of(&sampled.params), Some(Method::Default), "the run goes on as it began");
+    worker.send(Command::Run);
+    let states = until_idle(&mut worker);
+    assert_eq!(states.len(), 8, "the start, and one state a fit");
+    for (i, state) in (0..).zip(&states) {
+        assert_eq!((state.params, state.start), (params, params));
+        assert_eq!(state.abstraction.iteration, i);
+    }
+    assert_eq!(states[7].abstraction.phase, Phase::Finished);
+    worker.send(Command::StepMerge);
+    loop {
+        match worker.next_event(PATIENCE).expect("the worker has fallen silent") {
+            Event::MergeStep(merge) => break assert_eq!(merge, None, "a baseline merges nothing"),
+            Event::Failed { what, error } => panic!("{what}: {error}"),
+            _ => {}
+        }
+    }
 }

@@ -12,7 +12,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::interrupt::{INTERRUPTED, cancel_on_interrupt};
 use super::{fail, say};
 use crate::geometry::SamplingOptions;
-use crate::inference::{Abstraction, Cancel, InferenceError, Occurrence, Params, Sampler};
+use crate::inference::{Abstraction, Cancel, InferenceError, Occurrence, Params, Run};
 use crate::io::{self, Outcome, RunRecord, Shape, ShapeGeometry};
 use crate::worker::Source;
 
@@ -52,8 +52,12 @@ impl HeadlessJob {
         }
         let whole = Instant::now();
         let mut record = RunRecord::default();
-        let bar = ProgressBar::new(u64::from(self.params.iterations));
-        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed} {msg}") {
+        // How many steps the recovery of primitives takes is not known beforehand.
+        let (bar, template) = match self.params.steps() {
+            Some(steps) => (ProgressBar::new(steps.into()), "{bar:30} {pos}/{len} {elapsed} {msg}"),
+            None => (ProgressBar::no_length(), "{spinner} {pos} {elapsed} {msg}"),
+        };
+        if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }
         bar.set_message("reading");
@@ -96,14 +100,14 @@ impl HeadlessJob {
     ) -> Result<Abstraction, InferenceError> {
         bar.set_message("starting");
         let times = &mut record.times;
-        let mut sampler = timed(&mut times.start, || Sampler::new(cloud, self.params, cancel))?;
-        record.clusters.push(sampler.abstraction().primitives.len());
-        while !sampler.is_finished() {
-            let before = sampler.iteration();
+        let mut run = timed(&mut times.start, || Run::new(cloud, self.params, cancel))?;
+        record.clusters.push(run.abstraction().primitives.len());
+        while !run.is_finished() {
+            let before = run.iteration();
             let mut spent = Duration::ZERO;
-            let occurrences = timed(&mut spent, || sampler.step(cancel))?;
-            let clusters = sampler.abstraction().primitives.len();
-            if sampler.iteration() > before {
+            let occurrences = timed(&mut spent, || run.step(cancel))?;
+            let clusters = run.abstraction().primitives.len();
+            if run.iteration() > before {
                 times.iterations += spent;
                 record.clusters.push(clusters);
             } else {
@@ -113,10 +117,10 @@ impl HeadlessJob {
                 Occurrence::Merged(report) => Some(report),
                 _ => None,
             }));
-            bar.set_position(u64::from(sampler.iteration()));
-            bar.set_message(format!("{clusters} primitives"));
+            bar.set_position(u64::from(run.iteration()));
+            bar.set_message(primitives(clusters));
         }
-        Ok(sampler.abstraction())
+        Ok(run.abstraction())
     }
 }
 
@@ -132,15 +136,19 @@ fn summary(outcome: &Outcome<'_>, elapsed: Duration) -> String {
     let Outcome { shape, cloud, abstraction, .. } = outcome;
     let part = cloud.part.note().map(|note| format!("; {note}")).unwrap_or_default();
     format!(
-        "{}: {}, {} samples{part}\n{} primitives, mean distance {}, {} samples unassigned, {:.1} s",
+        "{}: {}, {} samples{part}\n{}, mean distance {}, {} samples unassigned, {:.1} s",
         shape.name,
         contents(shape),
         cloud.points.len(),
-        abstraction.primitives.len(),
+        primitives(abstraction.primitives.len()),
         length(abstraction.figures.mean_distance),
         abstraction.figures.unassigned,
         elapsed.as_secs_f64()
     )
+}
+
+fn primitives(count: usize) -> String {
+    format!("{count} {}", if count == 1 { "primitive" } else { "primitives" })
 }
 
 /// What a shape is made of, for people.

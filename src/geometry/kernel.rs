@@ -321,14 +321,55 @@ pub fn cost(shape: &Superquadric, points: &PointBlock, distance: Distance) -> f6
     sum
 }
 
+/// Σ w·d² over the block, one weight a point.
+pub fn weighted_cost(shape: &Superquadric, points: &PointBlock, weights: &[f64], distance: Distance) -> f64 {
+    let mut sum = 0.0;
+    let c = Coefficients::new(shape);
+    let mut buffer = [0.0; BLOCK];
+    let mut from = 0;
+    while from < points.len() {
+        let to = (from + BLOCK).min(points.len());
+        let out = &mut buffer[..to - from];
+        let (x, y, z) = (&points.x[from..to], &points.y[from..to], &points.z[from..to]);
+        match distance {
+            Distance::Radial => radial_pass(&c, x, y, z, out),
+            Distance::FirstOrder => first_order_pass(&c, x, y, z, out),
+        }
+        sum += out.iter().zip(&weights[from..to]).map(|(d, w)| w * d * d).sum::<f64>();
+        from = to;
+    }
+    sum
+}
+
 /// The normal equations of a block; N×13 is never held.
 pub fn normal_equations(shape: &Superquadric, points: &PointBlock, distance: Distance) -> NormalEquations {
+    equations(shape, points, None, distance)
+}
+
+/// The normal equations of Σ w·d², one weight a point: JᵀWJ, JᵀWr and the
+/// weighted cost. The box is that of all points.
+pub fn weighted_normal_equations(
+    shape: &Superquadric,
+    points: &PointBlock,
+    weights: &[f64],
+    distance: Distance,
+) -> NormalEquations {
+    equations(shape, points, Some(weights), distance)
+}
+
+fn equations(
+    shape: &Superquadric,
+    points: &PointBlock,
+    weights: Option<&[f64]>,
+    distance: Distance,
+) -> NormalEquations {
     let c = Coefficients::new(shape);
     let mut sums = Sums::default();
     let mut from = 0;
     while from < points.len() {
         let to = (from + BLOCK).min(points.len());
-        accumulate(&c, &points.x[from..to], &points.y[from..to], &points.z[from..to], distance, &mut sums);
+        let (x, y, z) = (&points.x[from..to], &points.y[from..to], &points.z[from..to]);
+        accumulate(&c, x, y, z, weights.map(|w| &w[from..to]), distance, &mut sums);
         from = to;
     }
     let total = |lanes: &[f64; LANES]| lanes.iter().sum::<f64>();
@@ -367,7 +408,15 @@ impl Default for Sums {
 }
 
 #[multiversion(targets("x86_64+avx2", "aarch64+neon"))]
-fn accumulate(c: &Coefficients, x: &[f64], y: &[f64], z: &[f64], distance: Distance, sums: &mut Sums) {
+fn accumulate(
+    c: &Coefficients,
+    x: &[f64],
+    y: &[f64],
+    z: &[f64],
+    weights: Option<&[f64]>,
+    distance: Distance,
+    sums: &mut Sums,
+) {
     let mut j = [[0.0; BLOCK]; PARAMETERS];
     let mut p = [[0.0; BLOCK]; 3];
     let mut r = [0.0; BLOCK];
@@ -382,6 +431,15 @@ fn accumulate(c: &Coefficients, x: &[f64], y: &[f64], z: &[f64], distance: Dista
         }
         for k in 0..3 {
             p[k][i] = at[k];
+        }
+    }
+    if let Some(weights) = weights {
+        for i in 0..n {
+            let root = weights[i].sqrt();
+            r[i] *= root;
+            for column in &mut j {
+                column[i] *= root;
+            }
         }
     }
     // The tail of a short block is zero in J and r; for the box it repeats a point.
@@ -504,6 +562,26 @@ mod tests {
                 assert!((found.jtr - jtr).norm() <= 1e-9 * (1.0 + jtr.norm()));
                 assert!((found.low - low).norm() < 1e-12);
                 assert!((found.cost - cost(&shape, &block, distance)).abs() <= 1e-9 * found.cost);
+            }
+        }
+    }
+
+    /// Whole weights are repeated points.
+    #[test]
+    fn a_weight_counts_as_so_many_points() {
+        let once = points(150);
+        let weights: Vec<f64> = (0..once.len()).map(|i| (i % 4) as f64).collect();
+        let often: PointBlock =
+            once.iter().enumerate().flat_map(|(i, p)| std::iter::repeat_n(p, i % 4)).collect();
+        for shape in shapes() {
+            for distance in [Distance::Radial, Distance::FirstOrder] {
+                let weighted = weighted_normal_equations(&shape, &once, &weights, distance);
+                let repeated = normal_equations(&shape, &often, distance);
+                assert!((weighted.jtj - repeated.jtj).norm() <= 1e-9 * repeated.jtj.norm());
+                assert!((weighted.jtr - repeated.jtr).norm() <= 1e-9 * (1.0 + repeated.jtr.norm()));
+                let sum = weighted_cost(&shape, &once, &weights, distance);
+                assert!((weighted.cost - sum).abs() <= 1e-9 * sum);
+                assert!((repeated.cost - sum).abs() <= 1e-9 * sum);
             }
         }
     }

@@ -29,9 +29,9 @@ pub struct Primitive {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phase {
-    /// The k-means start; no iteration has been made.
+    /// No step has been made.
     Start,
-    /// Between Gibbs iterations.
+    /// Between Gibbs iterations, or the steps of a baseline.
     Sampling,
     /// All iterations are made; merging or merged by hand.
     Merging,
@@ -43,7 +43,7 @@ pub enum Phase {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Abstraction {
     pub phase: Phase,
-    /// Gibbs iterations made so far.
+    /// Gibbs iterations, or steps of a baseline, made so far.
     pub iteration: u32,
     /// For each sample the id of its primitive, or [`UNASSIGNED`].
     pub labels: Arc<[u32]>,

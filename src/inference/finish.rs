@@ -77,13 +77,14 @@ struct Settled {
 }
 
 /// Description of every cluster's present points.
-fn describe_all(state: &State) -> Vec<Description> {
+fn describe_all(state: &State, primitive_cost: f64) -> Vec<Description> {
     let members = state.members();
     let model = &state.model;
     (0..members.len())
         .into_par_iter()
         .map(|j| {
-            describe(&state.clusters[j].shape, &model.gather(&members[j]), model.points.len(), model.spacing)
+            let points = model.gather(&members[j]);
+            describe(&state.clusters[j].shape, &points, model.points.len(), model.spacing, primitive_cost)
         })
         .collect()
 }
@@ -106,7 +107,8 @@ fn assign_once(state: &mut State) -> bool {
     if state.clusters.is_empty() {
         return true;
     }
-    let described = describe_all(state);
+    // What a point costs has no share in what its primitive does.
+    let described = describe_all(state, 0.0);
     let members = state.members();
     // ln A + ½ ln 2πσ² − ln(n/N), and σ, of each cluster.
     let terms: Vec<(f64, f64)> = described
@@ -196,9 +198,8 @@ fn refit(state: &mut State, settled: &mut Settled, params: &Params, cancel: &Can
                 cancel,
             )?;
             let total = model.points.len();
-            let before = describe(&state.clusters[j].shape, &points, total, model.spacing);
-            let after = describe(&found.shape, &points, total, model.spacing);
-            (after.length < before.length).then_some(found.shape)
+            let length = |shape| describe(shape, &points, total, model.spacing, params.primitive_cost).length;
+            (length(&found.shape) < length(&state.clusters[j].shape)).then_some(found.shape)
         })
         .collect();
     for (j, shape) in stale.into_iter().zip(fits) {
@@ -224,7 +225,7 @@ fn split_all(
     let members = state.members();
     let model = state.model.clone();
     let total = model.points.len();
-    let described = describe_all(state);
+    let described = describe_all(state, params.primitive_cost);
     type Cut = (f64, [(Vec<u32>, Superquadric); 2]);
     let cuts: Vec<Option<Cut>> = (0..members.len())
         .into_par_iter()
@@ -256,7 +257,7 @@ fn split_all(
                     else {
                         break;
                     };
-                    length += describe(&m.shape, &part, total, model.spacing).length;
+                    length += describe(&m.shape, &part, total, model.spacing, params.primitive_cost).length;
                     parts.push((keep, m.shape));
                 }
                 let gain = described[j].length - length;

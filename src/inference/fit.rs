@@ -106,7 +106,7 @@ pub(crate) fn fit(
 /// fit can descend elsewhere:
 /// *axis mismatch*, each of the other two axes as the axis of the profile, and
 /// *duality*, a square section of ε2 turned by 45° is nearly one of 2 − ε2.
-fn similar_configurations(shape: &Superquadric) -> Vec<Superquadric> {
+pub(crate) fn similar_configurations(shape: &Superquadric) -> Vec<Superquadric> {
     let mut found = vec![with_axis_as_z(shape, 0), with_axis_as_z(shape, 1)];
     for axis in [2, 0, 1] {
         let as_z = with_axis_as_z(shape, axis);

@@ -117,7 +117,8 @@ fn best_by_description(
                 if points.is_empty() {
                     return 0.0;
                 }
-                describe(&state.clusters[j].shape, &points, total, model.spacing).length
+                describe(&state.clusters[j].shape, &points, total, model.spacing, params.primitive_cost)
+                    .length
             })
             .collect();
         let fitted: Vec<_> = missing
@@ -128,7 +129,8 @@ fn best_by_description(
                 let warm = [state.clusters[a].shape, state.clusters[b].shape];
                 let glance =
                     fit(&points, &warm, model.axis_floor(), Effort::GLANCE, params.fit_distance, cancel)?;
-                let rough = describe(&glance.shape, &points, total, model.spacing).length;
+                let rough =
+                    describe(&glance.shape, &points, total, model.spacing, params.primitive_cost).length;
                 if rough > alone[a] + alone[b] + HOPELESS * points.len() as f64 {
                     return None;
                 }
@@ -138,7 +140,7 @@ fn best_by_description(
                 if bridges(model, &m.shape, &both) {
                     return None;
                 }
-                let together = describe(&m.shape, &points, total, model.spacing);
+                let together = describe(&m.shape, &points, total, model.spacing, params.primitive_cost);
                 let gain = alone[a] + alone[b] - together.length;
                 let reason = format!(
                     "one primitive describes both {gain:.0} nats shorter (rms distance {:.3} mean spacings)",

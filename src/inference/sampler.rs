@@ -60,9 +60,9 @@ pub enum InferenceError {
 /// same bits as the original continued.
 #[derive(Debug, Clone)]
 pub struct Sampler {
-    params: Params,
-    state: State,
-    phase: Phase,
+    pub(super) params: Params,
+    pub(super) state: State,
+    pub(super) phase: Phase,
     cache: MergeCache,
 }
 
@@ -111,14 +111,16 @@ impl Sampler {
         &self.params
     }
 
-    /// Takes other parameters from the next step on, but for K (`clusters`)
-    /// and the seed: those belong to the start of a run and stay.
+    /// Takes other parameters from the next step on, but for the algorithm, K
+    /// (`clusters`) and the seed: those belong to the start of a run and stay.
     pub fn set_params(&mut self, params: Params) -> Result<(), InferenceError> {
         params.check().map_err(InferenceError::Params)?;
-        if (params.merge, params.fit_distance) != (self.params.merge, self.params.fit_distance) {
+        let judged_by = |p: &Params| (p.merge, p.fit_distance, p.primitive_cost);
+        if judged_by(&params) != judged_by(&self.params) {
             self.cache = MergeCache::default();
         }
-        self.params = Params { clusters: self.params.clusters, seed: self.params.seed, ..params };
+        let Params { algorithm, clusters, seed, .. } = self.params;
+        self.params = Params { algorithm, clusters, seed, ..params };
         Ok(())
     }
 

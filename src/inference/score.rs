@@ -4,13 +4,13 @@
 //! A) with normal noise σ across it, so N points in clusters cost
 //!
 //! ```text
-//! L = Σ_j n_j·[ln A_j + ½ ln 2πσ_j² + ½ e_j²/σ_j² − ln(n_j/N)] + ½·13·ln N
+//! L = Σ_j n_j·[ln A_j + ½ ln 2πσ_j² + ½ e_j²/σ_j² − ln(n_j/N)] + c·½·13·ln N
 //! ```
 //!
 //! nats, e the root mean square first-order distance and σ = max(e, floor).
-//! The last term is the cost of thirteen parameters (Schwarz). A primitive
-//! that spans empty space pays by its area, one that is too many by its
-//! parameters.
+//! The last term is the cost of thirteen parameters (Schwarz), times the price
+//! c that a person sets (`Params::primitive_cost`). A primitive that spans
+//! empty space pays by its area, one that is too many by its parameters.
 
 use nalgebra::Point3;
 
@@ -35,12 +35,14 @@ pub(crate) struct Description {
     pub(crate) rms: f64,
 }
 
-/// The description length of one cluster's points out of `total`.
+/// The description length of one cluster's points out of `total`, where a
+/// primitive costs `primitive_cost` times its thirteen parameters.
 pub(crate) fn describe(
     shape: &Superquadric,
     points: &[Point3<f64>],
     total: usize,
     spacing: f64,
+    primitive_cost: f64,
 ) -> Description {
     let n = points.len() as f64;
     let total = total as f64;
@@ -50,7 +52,7 @@ pub(crate) fn describe(
     let per_point = area.ln() + 0.5 * (2.0 * std::f64::consts::PI * variance).ln();
     let length = n * (per_point + 0.5 * mean_square / variance - (n / total).ln());
     Description {
-        length: length + 0.5 * PARAMETERS as f64 * total.ln(),
+        length: length + primitive_cost * 0.5 * PARAMETERS as f64 * total.ln(),
         per_point,
         sigma: variance.sqrt(),
         rms: mean_square.sqrt(),

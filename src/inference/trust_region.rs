@@ -4,9 +4,9 @@
 use nalgebra::{SVector, Vector3};
 
 use super::sampler::Cancel;
-use crate::geometry::Superquadric;
-use crate::geometry::kernel::{self, Distance, PointBlock};
+use crate::geometry::kernel::{self, Distance, NormalEquations, PointBlock};
 use crate::geometry::superquadric::PARAMETERS;
+use crate::geometry::{Superquadric, tessellate};
 
 type Vector = SVector<f64, PARAMETERS>;
 
@@ -37,7 +37,7 @@ pub(crate) enum Stop {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Minimum {
     pub(crate) shape: Superquadric,
-    /// Σ d² of the points, by the distance that was minimised.
+    /// What was minimised: Σ d² of the points, by the distance asked for.
     pub(crate) cost: f64,
     pub(crate) stop: Stop,
 }
@@ -59,14 +59,98 @@ fn shape_of(base: &Superquadric, v: &Vector) -> Superquadric {
     }
 }
 
+/// What is minimised: Σ w·d², w = 1 where there are no weights, plus
+/// [`Area::price`] times the logarithm of the area.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Target<'a> {
+    pub(crate) points: &'a PointBlock,
+    pub(crate) distance: Distance,
+    /// One weight a point.
+    pub(crate) weights: Option<&'a [f64]>,
+    pub(crate) area: Option<Area>,
+}
+
+/// The term `price · ln(A + margin)` of a shape of surface area A. Points that
+/// show only one side of a body leave its size open; the smallest body that
+/// explains them is the likeliest.
+#[derive(Debug, Clone, Copy)]
+pub(crate) struct Area {
+    pub(crate) price: f64,
+    pub(crate) margin: f64,
+}
+
+impl Area {
+    fn cost(&self, shape: &Superquadric) -> f64 {
+        self.price * (tessellate::surface_area(shape) + self.margin).ln()
+    }
+
+    /// The derivatives of the cost by the parameters that shape the surface.
+    fn gradient(&self, shape: &Superquadric) -> Vector {
+        /// Indices of ε1, ε2, ax, ay, az, kx, ky.
+        const SHAPING: [usize; 7] = [0, 1, 2, 3, 4, 11, 12];
+        let at = values(shape);
+        let mut gradient = Vector::zeros();
+        for i in SHAPING {
+            let step = if (2..5).contains(&i) { 1e-3 * at[i] } else { 1e-3 };
+            let by = |step: f64| {
+                let mut moved = at;
+                moved[i] += step;
+                self.cost(&shape_of(shape, &moved))
+            };
+            gradient[i] = (by(step) - by(-step)) / (2.0 * step);
+        }
+        gradient
+    }
+}
+
+impl Target<'_> {
+    fn cost(&self, shape: &Superquadric) -> f64 {
+        let sum = match self.weights {
+            Some(weights) => kernel::weighted_cost(shape, self.points, weights, self.distance),
+            None => kernel::cost(shape, self.points, self.distance),
+        };
+        sum + self.area.map_or(0.0, |area| area.cost(shape))
+    }
+
+    fn normal_equations(&self, shape: &Superquadric) -> NormalEquations {
+        let mut normal = match self.weights {
+            Some(weights) => kernel::weighted_normal_equations(shape, self.points, weights, self.distance),
+            None => kernel::normal_equations(shape, self.points, self.distance),
+        };
+        if let Some(area) = self.area {
+            // Halves, as JᵀJ and Jᵀr are half the derivatives of Σ d². The
+            // curvature is that of a square whose root has the same slope.
+            let gradient = 0.5 * area.gradient(shape);
+            normal.jtr += gradient;
+            normal.jtj += gradient * gradient.transpose() * (2.0 / area.price.max(f64::MIN_POSITIVE));
+            normal.cost += area.cost(shape);
+        }
+        normal
+    }
+
+    /// What a gain is compared with: the logarithm of an area has no zero of
+    /// its own, but its price is about the size of Σ w·d².
+    fn scale(&self, cost: f64) -> f64 {
+        self.area.map_or(cost, |area| area.price)
+    }
+
+    /// How far semi-axes and centre may go: a body of which one side is seen
+    /// reaches beyond its points, up to as far again.
+    fn reach(&self) -> f64 {
+        if self.area.is_some() { 2.0 } else { 1.0 }
+    }
+}
+
 /// The box of each parameter where the points have the box (`low`, `high`) in
-/// the primitive's frame: each semi-axis at most half the extent along it, the
-/// centre inside, but for the thickness of the thinnest plate.
-fn bounds(low: &Vector3<f64>, high: &Vector3<f64>, smallest_axis: f64) -> (Vector, Vector) {
-    let half = ((high - low) * 0.5).map(|h| h.max(2.0 * smallest_axis));
+/// the primitive's frame: each semi-axis at most half the extent along it,
+/// times `reach`, the centre inside, but for the thickness of the thinnest
+/// plate.
+fn bounds(low: &Vector3<f64>, high: &Vector3<f64>, reach: f64, smallest_axis: f64) -> (Vector, Vector) {
+    let half = ((high - low) * 0.5 * reach).map(|h| h.max(2.0 * smallest_axis));
     let (e0, e1) = EXPONENTS;
     let (a0, k, w) = (smallest_axis, LARGEST_TAPER, LARGEST_TURN);
-    let (low, high) = (low.add_scalar(-2.0 * a0), high.add_scalar(2.0 * a0));
+    let beyond = ((high - low) * 0.5 * (reach - 1.0)).add_scalar(2.0 * a0);
+    let (low, high) = (low - beyond, high + beyond);
     (
         Vector::from([e0, e0, a0, a0, a0, -w, -w, -w, low.x, low.y, low.z, -k, -k]),
         Vector::from([e1, e1, half.x, half.y, half.z, w, w, w, high.x, high.y, high.z, k, k]),
@@ -85,6 +169,19 @@ pub(crate) fn minimize(
     tolerance: f64,
     cancel: &Cancel,
 ) -> Minimum {
+    let target = Target { points, distance, weights: None, area: None };
+    minimize_target(&target, start, smallest_axis, iterations, tolerance, cancel)
+}
+
+/// [`minimize`] for a target with weights or a price on the area.
+pub(crate) fn minimize_target(
+    target: &Target<'_>,
+    start: &Superquadric,
+    smallest_axis: f64,
+    iterations: usize,
+    tolerance: f64,
+    cancel: &Cancel,
+) -> Minimum {
     let mut shape = *start;
     let mut cost_now = f64::INFINITY;
     let mut damping = 1e-2;
@@ -94,19 +191,20 @@ pub(crate) fn minimize(
             stop = Stop::Cancelled;
             break;
         }
-        let normal = kernel::normal_equations(&shape, points, distance);
+        let normal = target.normal_equations(&shape);
         cost_now = normal.cost;
         if !cost_now.is_finite() || !normal.jtj.iter().all(|v| v.is_finite()) {
             stop = Stop::NotFinite;
             break;
         }
         // A perfect fit: nothing is left but rounding.
-        if cost_now <= 1e-24 * points.len() as f64 * shape.semi_axes.norm_squared() {
+        let least = 1e-24 * target.points.len() as f64 * shape.semi_axes.norm_squared();
+        if target.area.is_none() && cost_now <= least {
             stop = Stop::Converged;
             break;
         }
         let now = values(&shape);
-        let (lo, hi) = bounds(&normal.low, &normal.high, smallest_axis);
+        let (lo, hi) = bounds(&normal.low, &normal.high, target.reach(), smallest_axis);
         // As the pose moves the box shrinks: what already lies outside may stay.
         let (lo, hi) = (lo.inf(&now), hi.sup(&now));
         // A parameter at its bound with the gradient pushing outward is held.
@@ -135,9 +233,9 @@ pub(crate) fn minimize(
             };
             let next = (now + factor.solve(&g)).sup(&lo).inf(&hi);
             let candidate = shape_of(&shape, &next);
-            let cost_next = kernel::cost(&candidate, points, distance);
+            let cost_next = target.cost(&candidate);
             if cost_next < cost_now {
-                let gain = (cost_now - cost_next) / cost_now;
+                let gain = (cost_now - cost_next) / target.scale(cost_now);
                 shape = candidate;
                 cost_now = cost_next;
                 damping = (damping * 0.2).max(1e-9);
@@ -153,7 +251,7 @@ pub(crate) fn minimize(
         break;
     }
     if !cost_now.is_finite() && stop != Stop::NotFinite {
-        cost_now = kernel::cost(&shape, points, distance);
+        cost_now = target.cost(&shape);
     }
     Minimum { shape, cost: cost_now, stop }
 }

@@ -12,7 +12,7 @@ use super::error::WriteError;
 use super::{Shape, ShapeGeometry, primitives};
 use crate::geometry::palette::{UNASSIGNED_COLOR, color_of};
 use crate::geometry::{SampleCloud, SampledPart, SamplingOptions, Surface};
-use crate::inference::{Abstraction, MergeReport, Params, Phase, Primitive, UNASSIGNED};
+use crate::inference::{Abstraction, MergeReport, Method, Params, Phase, Primitive, UNASSIGNED};
 
 /// Names of the files that [`write_run`] puts into a folder.
 pub const SEGMENTED_FILE: &str = "segmented.ply";
@@ -32,7 +32,7 @@ pub struct Outcome<'a> {
 /// How a run went, for the report.
 #[derive(Debug, Clone, Default)]
 pub struct RunRecord {
-    /// K at the start and after each iteration.
+    /// K at the start and after each iteration (or step of a baseline).
     pub clusters: Vec<usize>,
     pub merges: Vec<MergeReport>,
     pub times: PhaseTimes,
@@ -45,7 +45,8 @@ pub struct PhaseTimes {
     pub sample: Duration,
     /// Normalisation and k-means.
     pub start: Duration,
-    /// Gibbs iterations, with the merge passes between them.
+    /// Gibbs iterations, with the merge passes between them, or the steps of a
+    /// baseline.
     pub iterations: Duration,
     /// The merges after the last iteration.
     pub merge: Duration,
@@ -101,8 +102,8 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), WriteError> {
 }
 
 /// Writes the report of a run as JSON: input, sampling (of a mesh also which
-/// part of its surface, and what share of the area was left out), parameters,
-/// seed, number of points, K by iteration, merges, seconds a phase, unassigned
+/// part of its surface, and what share of the area was left out), method,
+/// parameters, seed, number of points, K by iteration, merges, seconds a phase, unassigned
 /// points and mean distance.
 ///
 /// # Errors
@@ -269,6 +270,7 @@ struct PrimitivesFile<'a> {
     seed: u64,
     points: usize,
     sampling_seed: u64,
+    method: Option<Method>,
     params: &'a Params,
     primitives: Vec<PrimitiveEntry>,
 }
@@ -284,6 +286,7 @@ fn primitives_json(w: &mut impl Write, outcome: &Outcome<'_>) -> io::Result<()> 
         seed: outcome.params.seed,
         points: outcome.cloud.points.len(),
         sampling_seed: outcome.sampling.seed,
+        method: Method::of(outcome.params),
         params: outcome.params,
         primitives: outcome
             .abstraction
@@ -301,6 +304,8 @@ struct ReportFile<'a> {
     version: u32,
     program: &'static str,
     input: InputEntry<'a>,
+    /// `null` where the parameters are those of no named method.
+    method: Option<Method>,
     params: &'a Params,
     seed: u64,
     sampling_seed: u64,
@@ -376,6 +381,7 @@ fn report_json(w: &mut impl Write, outcome: &Outcome<'_>, record: &RunRecord) ->
             faces,
             notes: &shape.notes,
         },
+        method: Method::of(params),
         params,
         seed: params.seed,
         sampling_seed: sampling.seed,

@@ -8,7 +8,7 @@ use nalgebra::{Point3, Vector2};
 
 use super::scene::UpAxis;
 use super::view::{Layer, SurfaceStyle, ThemeChoice};
-use crate::inference::Params;
+use crate::inference::{Method, Params};
 use crate::worker::{Pace, SamplingOptions};
 
 /// One user action.
@@ -19,6 +19,8 @@ pub enum Action {
     Export(Export, PathBuf),
     SaveScreenshot(PathBuf),
     SetParams(Params),
+    /// Takes the parameters of a method; the seed stays.
+    SetMethod(Method),
     SetSampling(SamplingOptions),
     SetPace(Pace),
     /// Selects one primitive, or none.
@@ -175,17 +177,16 @@ verbs! {
     SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save what the window shows (PNG)";
     Quit: File, ctrl('Q'), "Quit", "Close the window";
 
-    Run: Run, plain(Key::Space), "Run", "Iterate until the run is finished; a finished run starts anew";
+    Run: Run, plain(Key::Space), "Run", "Iterate until the run is finished; a finished run, or another method, starts anew";
     Pause: Run, plain(Key::Space), "Pause", "Stop at once, also in the middle of an iteration; nothing is lost";
-    StepIteration: Run, plain(Key::Char('N')), "Step iteration", "Make one Gibbs iteration";
+    StepIteration: Run, plain(Key::Char('N')), "Step iteration",
+        "Make one Gibbs iteration, or the next step of a method without iterations";
     StepMerge: Run, plain(Key::Char('M')), "Step merge",
         "Merge the best pair of primitives, and say which and why";
     MergeAll: Run, Some(Shortcut { ctrl: false, shift: true, alt: false, key: Key::Char('M') }), "Merge all",
         "Merge pair after pair until no pair may be merged";
     Reset: Run, plain(Key::Backspace), "Reset", "Back to the start, with the present parameters and seed";
     Resample: Run, None, "Sample again", "Sample the shape with these settings and start over";
-    DefaultPreset: Run, None, "Default", "The paper's parameters, with merging by description length";
-    PaperPreset: Run, None, "Paper", "The paper's parameters, merge thresholds and freezing";
 
     FrameSelection: View, plain(Key::Char('F')), "Frame selection",
         "Move the camera so that the selected primitives fill the view";

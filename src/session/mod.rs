@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use crate::geometry::SampledPart;
-use crate::inference::{Occurrence, Params, Phase, Primitive};
+use crate::inference::{Algorithm, Occurrence, Params, Phase, Primitive, Setting};
 use crate::worker::{Activity, Command, Event, LoadedShape, Pace, SamplingOptions, Snapshot, Source};
 
 pub mod action;
@@ -121,11 +121,16 @@ impl Session {
         matches!(self.activity, Activity::Running | Activity::Merging)
     }
 
-    /// The parameters of the present run's start, where the sliders for K or
-    /// the seed have moved away from them.
+    /// The parameters of the present run's start, where what belongs to a
+    /// start has been changed since: the method's algorithm, K or the seed, as
+    /// far as the run to come reads them.
     pub fn stale_start(&self) -> Option<Params> {
         let start = self.snapshot.as_ref()?.start;
-        ((start.clusters, start.seed) != (self.params.clusters, self.params.seed)).then_some(start)
+        let now = &self.params;
+        let differs = start.algorithm != now.algorithm
+            || (start.clusters != now.clusters && now.reads(Setting::Clusters))
+            || (start.seed != now.seed && now.reads(Setting::Seed));
+        differs.then_some(start)
     }
 
     /// Whether the verb would do something now.
@@ -138,7 +143,11 @@ impl Session {
             Verb::Pause => self.is_running() || self.activity == Activity::Loading,
             Verb::StepIteration => loaded && idle && self.phase() != Some(Phase::Finished),
             Verb::StepMerge | Verb::MergeAll => {
-                loaded && idle && self.primitives().len() > 1 && !self.merges_are_exhausted
+                loaded
+                    && idle
+                    && self.primitives().len() > 1
+                    && !self.merges_are_exhausted
+                    && self.why_disabled(verb).is_none()
             }
             Verb::Reset => {
                 loaded
@@ -149,8 +158,6 @@ impl Session {
                 self.activity != Activity::Loading
                     && self.loaded.as_ref().is_some_and(|l| l.sampling != self.sampling)
             }
-            Verb::DefaultPreset => self.params != self.preset(Params::default()),
-            Verb::PaperPreset => self.params != self.preset(Params::paper()),
             Verb::FrameSelection | Verb::HideSelected | Verb::Deselect => !self.selection.is_empty(),
             Verb::FrameAll => loaded,
             Verb::ShowAll => !self.hidden.is_empty(),
@@ -170,9 +177,16 @@ impl Session {
         }
     }
 
-    /// Presets leave the seed alone.
-    fn preset(&self, preset: Params) -> Params {
-        Params { seed: self.params.seed, ..preset }
+    /// What the present run computes with.
+    pub fn algorithm(&self) -> Algorithm {
+        self.snapshot.as_ref().map_or(self.params.algorithm, |s| s.start.algorithm)
+    }
+
+    /// Why the verb can't be had, where a person would not guess.
+    pub fn why_disabled(&self, verb: Verb) -> Option<&'static str> {
+        let merges = matches!(verb, Verb::StepMerge | Verb::MergeAll);
+        (merges && self.algorithm() != Algorithm::Sampler)
+            .then_some("Only the sampler merges; the method of this run has nothing to judge a merge by")
     }
 
     /// Does what a person asked for.
@@ -187,6 +201,9 @@ impl Session {
             }
             Action::SaveScreenshot(path) => return vec![Effect::SaveScreenshot(path)],
             Action::SetParams(params) => return self.set_params(params),
+            Action::SetMethod(method) => {
+                return self.set_params(Params { seed: self.params.seed, ..method.params() });
+            }
             Action::SetSampling(sampling) => self.sampling = sampling,
             Action::SetPace(pace) => {
                 self.pace = pace;
@@ -221,7 +238,10 @@ impl Session {
             Action::SetAspect(aspect) => self.set_aspect(aspect),
             Action::DismissErrors => self.messages.dismiss_errors(),
             Action::Tell { what, error } => self.messages.push(Level::Error, what, error),
-            Action::Note(text) => self.messages.push(Level::Note, text, ""),
+            Action::Note(text) => {
+                self.messages.dismiss_errors();
+                self.messages.push(Level::Note, text, "");
+            }
         }
         Vec::new()
     }
@@ -244,8 +264,6 @@ impl Session {
             Verb::MergeAll => return self.command(Command::MergeAll, Activity::Merging),
             Verb::Reset => return self.command(Command::Reset, Activity::Loading),
             Verb::Resample => return self.command(Command::Resample(self.sampling), Activity::Loading),
-            Verb::DefaultPreset => return self.set_params(self.preset(Params::default())),
-            Verb::PaperPreset => return self.set_params(self.preset(Params::paper())),
             Verb::FrameSelection => {
                 let selected = self.primitives().iter().filter(|p| self.selection.contains(&p.id));
                 let boxes = selected.filter_map(|p| self.scene.bounds_of(&p.shape));
@@ -334,6 +352,8 @@ impl Session {
                 self.merge_text = Some("No pair is left that may be merged.".to_owned());
             }
             Event::Written { path, what } => {
+                // What could not be written before can be now.
+                self.messages.dismiss_errors();
                 self.messages.push(Level::Note, format!("Wrote the {what} to {}", path.display()), "");
             }
             Event::Failed { what, error } => self.messages.push(Level::Error, what, error),
@@ -379,6 +399,8 @@ impl Session {
         self.merges_are_exhausted = false;
         if self.snapshot.as_ref().is_none_or(|old| old.run != snapshot.run) {
             self.merge_text = None;
+            // A run that starts leaves behind what stopped the last one.
+            self.messages.dismiss_errors();
         }
         self.history.push(&snapshot);
         for occurrence in &snapshot.occurrences {
@@ -421,5 +443,6 @@ fn occurrences_text(snapshot: &Snapshot) -> String {
             }
         })
         .collect();
-    format!("Iteration {}: {}", snapshot.abstraction.iteration, parts.join(", "))
+    let step = if snapshot.start.algorithm == Algorithm::Sampler { "Iteration" } else { "Step" };
+    format!("{step} {}: {}", snapshot.abstraction.iteration, parts.join(", "))
 }

@@ -5,7 +5,7 @@ use nalgebra::Point3;
 
 use super::*;
 use crate::geometry::{SampleCloud, Superquadric};
-use crate::inference::{Abstraction, Figures, MergeReport};
+use crate::inference::{Abstraction, Figures, MergeReport, Method};
 use crate::io::{PointCloud, Shape, ShapeGeometry};
 
 fn loaded() -> Arc<LoadedShape> {
@@ -173,6 +173,52 @@ fn clusters_and_seed_wait_for_the_next_start() {
     session.apply(Action::SetParams(Params { clusters: 7, ..session.params }));
     assert_eq!(session.stale_start().map(|p| p.clusters), Some(30));
     assert!(session.is_enabled(Verb::Reset), "a reset would take it");
+}
+
+#[test]
+fn a_method_waits_for_the_next_start_and_keeps_the_seed() {
+    let mut session = session();
+    session.apply(Action::SetParams(Params { seed: 5, ..session.params }));
+    session.absorb(started(5, Params { seed: 5, ..Params::default() }));
+    let effects = session.apply(Action::SetMethod(Method::KMeans));
+    let expected = Params { seed: 5, ..Method::KMeans.params() };
+    assert_eq!(session.params, expected);
+    assert!(matches!(effects[..], [Effect::Send(Command::SetParams(params))] if params == expected));
+    assert!(session.stale_start().is_some() && session.is_enabled(Verb::StepMerge));
+    // The run of a baseline has nothing to merge by, and says why.
+    session.absorb(started(6, expected));
+    assert!(session.stale_start().is_none());
+    assert!(!session.is_enabled(Verb::StepMerge) && !session.is_enabled(Verb::MergeAll));
+    assert!(session.why_disabled(Verb::StepMerge).is_some_and(|why| why.contains("sampler")));
+    assert!(session.why_disabled(Verb::Pause).is_none());
+    // EMS has neither K nor a seed that it could wait for.
+    session.absorb(started(7, Params { seed: 5, ..Method::Ems.params() }));
+    session.apply(Action::SetParams(Params { seed: 6, clusters: 3, ..Method::Ems.params() }));
+    assert!(session.stale_start().is_none());
+}
+
+/// The first state of another run.
+fn started(run: u64, start: Params) -> Event {
+    let Event::Snapshot(first) = snapshot(&[1, 2], Phase::Start, 0, vec![]) else { unreachable!() };
+    Event::Snapshot(Arc::new(Snapshot { run, start, params: start, ..(*first).clone() }))
+}
+
+#[test]
+fn an_error_goes_when_the_same_thing_succeeds() {
+    let failed = || Event::Failed { what: "it failed".into(), error: "for a reason".into() };
+    let mut session = session();
+    session.absorb(failed());
+    // The run that a failed load has interrupted goes on.
+    session.absorb(snapshot(&[1], Phase::Sampling, 1, vec![]));
+    assert!(session.messages.open_error().is_some());
+    session.absorb(Event::Written { path: "out.ply".into(), what: "segmented cloud" });
+    assert!(session.messages.open_error().is_none());
+    session.absorb(failed());
+    session.apply(Action::Note("Wrote the screenshot".into()));
+    assert!(session.messages.open_error().is_none());
+    session.absorb(failed());
+    session.absorb(started(8, Params::default()));
+    assert!(session.messages.open_error().is_none());
 }
 
 #[test]

@@ -1,12 +1,12 @@
 //! The left panel: the shape, the run, its parameters.
 
-use egui::{DragValue, Grid, Label, RichText, Slider, Ui};
+use egui::{DragValue, Grid, Label, Response, RichText, Slider, Ui};
 
 use super::theme::{self, Palette};
 use super::widgets::{choice, count, divide, fact, length, primary_button, section, verb_button};
 use crate::geometry::Surface;
 use crate::geometry::kernel::Distance;
-use crate::inference::{MergeRule, Params};
+use crate::inference::{MergeRule, Method, Params, Setting};
 use crate::io::ShapeGeometry;
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
@@ -121,49 +121,64 @@ fn run(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
 fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     section(ui, "Parameters");
     let mut p = session.params;
-    ui.horizontal(|ui| {
-        ui.label(RichText::new("Preset").color(Palette::of(ui).weak));
-        for verb in [Verb::DefaultPreset, Verb::PaperPreset] {
-            let on = !session.is_enabled(verb);
-            let button = egui::Button::selectable(on, verb.entry().text).frame_when_inactive(true);
-            if ui.add(button).on_hover_text(verb.entry().tooltip).clicked() {
-                actions.push(Action::Verb(verb));
-            }
-        }
-    });
+    method(ui, &p, actions);
     Row {
         label: "Concentration α",
         tooltip: "α, the concentration of the Chinese Restaurant Process: the larger, the more \
                   primitives are expected before a point is seen. Taken at the next iteration.",
+        setting: Setting::Alpha,
     }
-    .show(ui, &mut p.alpha, Params::ALPHA);
+    .show(ui, &mut p, |p| &mut p.alpha, Params::ALPHA);
     Row {
         label: "New cluster p0",
         tooltip: "p0, the density that a new primitive gives to any point. The larger, the nearer a \
                   point must lie to a primitive to stay with it. Taken at the next iteration.",
+        setting: Setting::P0,
     }
-    .show(ui, &mut p.p0, Params::P0);
+    .show(ui, &mut p, |p| &mut p.p0, Params::P0);
     Row {
         label: "Iterations T",
         tooltip: "T, the number of Gibbs iterations of a run. Taken at the next iteration.",
+        setting: Setting::Iterations,
     }
-    .show(ui, &mut p.iterations, Params::ITERATIONS);
+    .show(ui, &mut p, |p| &mut p.iterations, Params::ITERATIONS);
     Row {
         label: "Clusters K",
         tooltip: "K, the number of k-means clusters that a run starts with. Taken at the next start.",
+        setting: Setting::Clusters,
     }
-    .show(ui, &mut p.clusters, Params::CLUSTERS);
-    ui.horizontal(|ui| {
-        let label = labelled(ui, "Seed");
-        ui.add(DragValue::new(&mut p.seed).speed(0.05).update_while_editing(false))
-            .labelled_by(label)
-            .on_hover_text(
-                "Seed of every random draw: the same seed, the same result. Taken at the next start.",
-            );
+    .show(ui, &mut p, |p| &mut p.clusters, Params::CLUSTERS);
+    Row {
+        label: "Cost of a primitive",
+        tooltip: "What a primitive costs in the description length, as a multiple of its parameters' worth: \
+                  more gives fewer primitives with larger errors, less the other way. Taken at the next \
+                  merge and at the end.",
+        setting: Setting::PrimitiveCost,
+    }
+    .show(ui, &mut p, |p| &mut p.primitive_cost, Params::PRIMITIVE_COST);
+    Row {
+        label: "Outlier prior w0",
+        tooltip: "w0, the share of outliers that EMS expects before it has seen a point: the larger, the \
+                  nearer a point must lie to the primitive to belong to it. Taken at the next step.",
+        setting: Setting::OutlierPrior,
+    }
+    .show(ui, &mut p, |p| &mut p.outlier_prior, Params::OUTLIER_PRIOR);
+    let before = p;
+    where_read(ui, &before, Setting::Seed, |ui| {
+        ui.horizontal(|ui| {
+            let label = labelled(ui, "Seed");
+            ui.add(DragValue::new(&mut p.seed).speed(0.05).update_while_editing(false))
+                .labelled_by(label)
+                .on_hover_text(
+                    "Seed of every random draw: the same seed, the same result. Taken at the next start.",
+                )
+        })
+        .inner
     });
     Choices {
         label: "Merging",
         tooltip: "The test by which two primitives become one. Taken at the next merge.",
+        setting: Setting::Merge,
         options: &[
             (
                 MergeRule::DescriptionLength,
@@ -178,10 +193,11 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             (MergeRule::None, "None", "No merging; Step merge finds no pair"),
         ],
     }
-    .show(ui, &mut p.merge);
+    .show(ui, &mut p, |p| &mut p.merge);
     Choices {
         label: "Fit distance",
-        tooltip: "What the fit of a primitive minimises. Taken at the next iteration.",
+        tooltip: "What the fit of a primitive minimises. Taken at the next iteration or fit.",
+        setting: Setting::FitDistance,
         options: &[
             (
                 Distance::FirstOrder,
@@ -191,36 +207,85 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             (Distance::Radial, "Radial", "The paper's distance along the ray from the primitive's centre"),
         ],
     }
-    .show(ui, &mut p.fit_distance);
-    for (value, text, tooltip) in [
+    .show(ui, &mut p, |p| &mut p.fit_distance);
+    type Field = fn(&mut Params) -> &mut bool;
+    let switches: [(Field, Setting, &str, &str); 2] = [
         (
-            &mut p.refine,
+            |p| &mut p.refine,
+            Setting::Refine,
             "Refine at the end",
             "After the last iteration, assign, refit, split and merge until the description of the cloud \
              gets no shorter",
         ),
         (
-            &mut p.freeze,
+            |p| &mut p.freeze,
+            Setting::Freeze,
             "Freeze good fits",
             "Points of well fitted primitives keep their label in later sweeps: faster, as in the paper, \
              but mistakes are kept too",
         ),
-    ] {
-        ui.horizontal(|ui| {
-            ui.allocate_space(egui::vec2(LABELS, theme::ROW));
-            ui.checkbox(value, text).on_hover_text(tooltip);
+    ];
+    for (field, setting, text, tooltip) in switches {
+        let before = p;
+        where_read(ui, &before, setting, |ui| {
+            ui.horizontal(|ui| {
+                ui.allocate_space(egui::vec2(LABELS, theme::ROW));
+                ui.checkbox(field(&mut p), text).on_hover_text(tooltip)
+            })
+            .inner
         });
     }
     if let Some(start) = session.stale_start() {
-        let text = format!(
-            "K and seed are taken at the next start; this run has K = {}, seed {}.",
-            start.clusters, start.seed
-        );
+        let text = if start.algorithm == p.algorithm {
+            format!(
+                "K and seed are taken at the next start; this run has K = {}, seed {}.",
+                start.clusters, start.seed
+            )
+        } else {
+            format!("Run starts over with the chosen method; shown now is {}.", start.algorithm.title())
+        };
         ui.add(Label::new(RichText::new(text).small().color(Palette::of(ui).accent)).wrap());
     }
     if p != session.params {
         actions.push(Action::SetParams(p));
     }
+}
+
+/// The named methods, with what they do and where they come from.
+fn method(ui: &mut Ui, params: &Params, actions: &mut Vec<Action>) {
+    let present = Method::of(params);
+    let tooltip = |m: Method| format!("{}.\n{}", m.tooltip(), m.reference());
+    ui.horizontal(|ui| {
+        let label = labelled(ui, "Method");
+        let combo = egui::ComboBox::from_id_salt("method")
+            .selected_text(present.map_or("Your own", Method::title))
+            .width(ui.available_width() - 8.0)
+            .height(400.0)
+            .show_ui(ui, |ui| {
+                for m in Method::ALL {
+                    let item = ui.selectable_label(present == Some(m), m.title());
+                    if item.on_hover_text(tooltip(m)).clicked() {
+                        actions.push(Action::SetMethod(m));
+                    }
+                }
+            });
+        combo.response.labelled_by(label).on_hover_text(present.map_or_else(
+            || "The sampler with parts of several methods; choose one to go back to it".to_owned(),
+            tooltip,
+        ));
+    });
+}
+
+/// Shows what sets a parameter: grey, with the reason in the tooltip, while
+/// the method doesn't read it.
+fn where_read(ui: &mut Ui, params: &Params, setting: Setting, show: impl FnOnce(&mut Ui) -> Response) {
+    let why = params.why_unread(setting);
+    ui.add_enabled_ui(why.is_none(), |ui| {
+        let response = show(ui);
+        if let Some(why) = why {
+            response.on_disabled_hover_text(why);
+        }
+    });
 }
 
 /// A label of the width that all rows share; its id.
@@ -241,26 +306,32 @@ fn labelled(ui: &mut Ui, text: &str) -> egui::Id {
 struct Choices<'a, T> {
     label: &'static str,
     tooltip: &'static str,
+    setting: Setting,
     /// Value, text and tooltip.
     options: &'a [(T, &'static str, &'static str)],
 }
 
 impl<T: Copy + PartialEq> Choices<'_, T> {
-    fn show(&self, ui: &mut Ui, value: &mut T) {
-        ui.horizontal(|ui| {
-            let label = labelled(ui, self.label);
-            let chosen = self.options.iter().find(|(v, ..)| v == value).map_or("", |(_, text, _)| text);
-            egui::ComboBox::from_id_salt(self.label)
-                .selected_text(chosen)
-                .width(ui.available_width() - 8.0)
-                .show_ui(ui, |ui| {
-                    for (option, text, tooltip) in self.options {
-                        ui.selectable_value(value, *option, *text).on_hover_text(*tooltip);
-                    }
-                })
-                .response
-                .labelled_by(label)
-                .on_hover_text(self.tooltip);
+    fn show(&self, ui: &mut Ui, params: &mut Params, field: fn(&mut Params) -> &mut T) {
+        let before = *params;
+        let value = field(params);
+        where_read(ui, &before, self.setting, |ui| {
+            ui.horizontal(|ui| {
+                let label = labelled(ui, self.label);
+                let chosen = self.options.iter().find(|(v, ..)| v == value).map_or("", |(_, text, _)| text);
+                egui::ComboBox::from_id_salt(self.label)
+                    .selected_text(chosen)
+                    .width(ui.available_width() - 8.0)
+                    .show_ui(ui, |ui| {
+                        for (option, text, tooltip) in self.options {
+                            ui.selectable_value(value, *option, *text).on_hover_text(*tooltip);
+                        }
+                    })
+                    .response
+                    .labelled_by(label)
+                    .on_hover_text(self.tooltip)
+            })
+            .inner
         });
     }
 }
@@ -269,23 +340,38 @@ impl<T: Copy + PartialEq> Choices<'_, T> {
 struct Row {
     label: &'static str,
     tooltip: &'static str,
+    setting: Setting,
 }
 
 impl Row {
-    fn show<Num: egui::emath::Numeric>(&self, ui: &mut Ui, value: &mut Num, (low, high): (Num, Num)) {
-        ui.horizontal(|ui| {
-            let label = labelled(ui, self.label);
-            let gap = ui.spacing().item_spacing.x;
-            ui.spacing_mut().slider_width = (ui.available_width() - NUMBER - gap).max(40.0);
-            ui.add(Slider::new(value, low..=high).logarithmic(true).show_value(false))
-                .labelled_by(label)
-                .on_hover_text(self.tooltip);
-            let decimals = if Num::INTEGRAL { 0 } else { 6 };
-            let speed = if Num::INTEGRAL { 0.2 } else { value.to_f64().abs().max(1e-6) * 0.01 };
-            let number = DragValue::new(value).range(low..=high).speed(speed).max_decimals(decimals);
-            ui.add_sized([NUMBER, theme::ROW], number.update_while_editing(false))
-                .labelled_by(label)
-                .on_hover_text(self.tooltip);
+    fn show<Num: egui::emath::Numeric>(
+        &self,
+        ui: &mut Ui,
+        params: &mut Params,
+        field: fn(&mut Params) -> &mut Num,
+        (low, high): (Num, Num),
+    ) {
+        let before = *params;
+        let value = field(params);
+        where_read(ui, &before, self.setting, |ui| {
+            ui.horizontal(|ui| {
+                let label = labelled(ui, self.label);
+                let gap = ui.spacing().item_spacing.x;
+                ui.spacing_mut().slider_width = (ui.available_width() - NUMBER - gap).max(40.0);
+                let slider = ui
+                    .add(Slider::new(value, low..=high).logarithmic(true).show_value(false))
+                    .labelled_by(label)
+                    .on_hover_text(self.tooltip);
+                let decimals = if Num::INTEGRAL { 0 } else { 6 };
+                let speed = if Num::INTEGRAL { 0.2 } else { value.to_f64().abs().max(1e-6) * 0.01 };
+                let number = DragValue::new(value).range(low..=high).speed(speed).max_decimals(decimals);
+                let number = ui
+                    .add_sized([NUMBER, theme::ROW], number.update_while_editing(false))
+                    .labelled_by(label)
+                    .on_hover_text(self.tooltip);
+                slider | number
+            })
+            .inner
         });
     }
 }

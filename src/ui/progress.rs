@@ -6,7 +6,7 @@ use egui_plot::{GridMark, Line, Plot, PlotPoints, VLine};
 
 use super::theme::Palette;
 use super::widgets::{count, length};
-use crate::inference::Phase;
+use crate::inference::{Algorithm, Phase, Setting};
 use crate::session::Session;
 use crate::session::history::Entry;
 use crate::worker::Activity;
@@ -17,13 +17,11 @@ const PLOT: f32 = 76.0;
 pub(super) fn show(ui: &mut Ui, session: &Session) {
     ui.horizontal(|ui| {
         let iteration = session.snapshot.as_ref().map_or(0, |s| s.abstraction.iteration);
-        let total = session.params.iterations;
-        let done = f64::from(iteration) / f64::from(total.max(1));
+        let (done, text) = advance(session, iteration);
         let bar = ProgressBar::new(done.clamp(0.0, 1.0) as f32)
             .desired_width(130.0)
             .desired_height(8.0)
             .fill(Palette::of(ui).accent);
-        let text = format!("Iteration {iteration} of {total}");
         ui.add(bar).on_hover_text(&text);
         ui.label(text);
     });
@@ -50,6 +48,43 @@ pub(super) fn show(ui: &mut Ui, session: &Session) {
         };
         error.show(ui, session, width);
     });
+}
+
+/// Steps of the whole present run, with the T that the slider has now.
+fn steps(session: &Session) -> Option<u32> {
+    let start = session.snapshot.as_ref().map_or(session.params, |s| s.start);
+    if start.reads(Setting::Iterations) { Some(session.params.iterations) } else { start.steps() }
+}
+
+/// How much of the run is done, from 0 to 1, and in words.
+fn advance(session: &Session, step: u32) -> (f64, String) {
+    let is_finished = session.phase() == Some(Phase::Finished);
+    match (session.algorithm(), steps(session)) {
+        (Algorithm::Sampler, Some(total)) => {
+            // T may have been moved below what is done already.
+            let total = total.max(step);
+            (f64::from(step) / f64::from(total.max(1)), format!("Iteration {step} of {total}"))
+        }
+        (algorithm, Some(total)) => {
+            // There may be fewer clusters than were asked for.
+            let total = if is_finished { step } else { total.max(step) };
+            let done = if is_finished { 1.0 } else { f64::from(step) / f64::from(total.max(1)) };
+            (done, format!("{}: step {step} of {total}", algorithm.title()))
+        }
+        (algorithm, None) => {
+            // How long it takes nobody knows; what is explained can only grow.
+            let explained = session.snapshot.as_ref().map_or(0.0, |s| {
+                let points = s.abstraction.labels.len().max(1);
+                1.0 - s.abstraction.figures.unassigned as f64 / points as f64
+            });
+            let done = match (is_finished, step) {
+                (true, _) => 1.0,
+                (false, 0) => 0.0,
+                (false, _) => 0.9 * explained,
+            };
+            (done, format!("{}: step {step}", algorithm.title()))
+        }
+    }
 }
 
 /// One small plot over the steps of the run.
@@ -82,7 +117,7 @@ impl Curve {
                 .filter(|[_, y]| y.is_finite())
                 .collect();
             let top = points.iter().map(|p| p[1]).fold(self.least_span, f64::max);
-            let last = (session.params.iterations as usize).max(entries.len()) as f64;
+            let last = steps(session).map_or(1, |total| total as usize).max(entries.len()) as f64;
             // Merges come after the iteration they belong to: the marks say where.
             let merges: Vec<f64> = entries
                 .windows(2)
@@ -91,6 +126,7 @@ impl Curve {
                 .map(|(i, _)| (i + 1) as f64)
                 .collect();
             let rows: Vec<Entry> = entries.to_vec();
+            let step_name = if session.algorithm() == Algorithm::Sampler { "Iteration" } else { "Step" };
             Plot::new(self.id)
                 .height(PLOT)
                 .width(width)
@@ -116,7 +152,7 @@ impl Curve {
                     };
                     let entry = (step >= 0.0).then(|| rows.get(step as usize)).flatten()?;
                     Some(format!(
-                        "Iteration {}\nK {}\nMean error {}",
+                        "{step_name} {}\nK {}\nMean error {}",
                         entry.iteration,
                         entry.clusters,
                         length(entry.mean_distance)

@@ -52,7 +52,8 @@ pub(super) fn primary_button(
 fn add_verb(ui: &mut Ui, session: &Session, verb: Verb, button: Button<'_>, actions: &mut Vec<Action>) {
     let response = ui.add_enabled(session.is_enabled(verb), button);
     let text = tooltip(verb);
-    if response.on_hover_text(&text).on_disabled_hover_text(&text).clicked() {
+    let why = session.why_disabled(verb).unwrap_or(&text);
+    if response.on_hover_text(&text).on_disabled_hover_text(why).clicked() {
         actions.push(Action::Verb(verb));
     }
 }

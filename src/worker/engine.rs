@@ -179,9 +179,11 @@ impl<M: Machine> Engine<M> {
                 self.restart();
             }
             Command::Run => {
-                let finished = self.present.as_ref().is_some_and(|p| p.machine.is_finished());
+                let algorithm = self.params.algorithm;
+                let is_over =
+                    |p: &Present<M>| p.machine.is_finished() || p.machine.params().algorithm != algorithm;
                 // A run that can't start anew stays as it is, and says why.
-                let ready = !finished || self.restart();
+                let ready = !self.present.as_ref().is_some_and(is_over) || self.restart();
                 self.begin(if ready { Work::Run } else { Work::Nothing });
             }
             Command::Pause => self.work = Work::Nothing,
@@ -266,7 +268,7 @@ impl<M: Machine> Engine<M> {
                 let start = self.params;
                 self.present =
                     Some(Present { shape, run: 1, start, machine, abstraction, elapsed: Duration::ZERO });
-                self.emit_snapshot(start, Vec::new());
+                self.emit_snapshot(Vec::new());
                 true
             }
             Err(stop) => {
@@ -298,7 +300,7 @@ impl<M: Machine> Engine<M> {
                 present.run += 1;
                 present.start = params;
                 present.elapsed = Duration::ZERO;
-                self.emit_snapshot(params, Vec::new());
+                self.emit_snapshot(Vec::new());
                 true
             }
             (Ok(_), None) => false,
@@ -360,10 +362,10 @@ impl<M: Machine> Engine<M> {
         match step {
             Step::Iterated(occurrences) => {
                 done |= self.present.as_ref().is_none_or(|p| p.machine.is_finished());
-                self.emit_snapshot(self.params, occurrences);
+                self.emit_snapshot(occurrences);
             }
             Step::Merged(Some(report)) => {
-                self.emit_snapshot(self.params, vec![Occurrence::Merged(report.clone())]);
+                self.emit_snapshot(vec![Occurrence::Merged(report.clone())]);
                 self.emit(Event::MergeStep(Some(report)));
             }
             Step::Merged(None) => {
@@ -384,9 +386,8 @@ impl<M: Machine> Engine<M> {
             self.fail(failure, "no shape is loaded; open one first");
             return;
         };
-        // K and seed as they were taken at the start, whatever the sliders say now.
-        let Params { clusters, seed, .. } = present.start;
-        let params = Params { clusters, seed, ..self.params };
+        // Those of the run, whatever the sliders say that waits for the next start.
+        let params = present.machine.params();
         let outcome = guarded(|| {
             source::write(part, path, &present.shape, &params, &present.abstraction)
                 .map_err(|error| Stop::trouble(failure, error))
@@ -417,13 +418,13 @@ impl<M: Machine> Engine<M> {
         }));
     }
 
-    fn emit_snapshot(&mut self, params: Params, occurrences: Vec<Occurrence>) {
+    fn emit_snapshot(&mut self, occurrences: Vec<Occurrence>) {
         if let Some(present) = &self.present {
             let snapshot = Snapshot {
                 generation: present.shape.generation,
                 run: present.run,
                 abstraction: present.abstraction.clone(),
-                params,
+                params: present.machine.params(),
                 start: present.start,
                 occurrences,
                 elapsed: present.elapsed,

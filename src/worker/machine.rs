@@ -1,15 +1,17 @@
-//! What the worker steps: the sampler, seen through the few calls it needs, so
+//! What the worker steps: a run, seen through the few calls it needs, so
 //! that the thread's own promises can be tested with a machine that stalls or
 //! panics on demand.
 
 use std::sync::Arc;
 
 use crate::geometry::SampleCloud;
-use crate::inference::{Abstraction, Cancel, InferenceError, MergeReport, Occurrence, Params, Sampler};
+use crate::inference::{Abstraction, Cancel, InferenceError, MergeReport, Occurrence, Params, Run};
 
 /// A run as a machine of steps; a clone is a checkpoint.
 pub(crate) trait Machine: Clone + Send + 'static {
     fn start(cloud: Arc<SampleCloud>, params: Params, cancel: &Cancel) -> Result<Self, InferenceError>;
+    /// The parameters in force.
+    fn params(&self) -> Params;
     fn set_params(&mut self, params: Params) -> Result<(), InferenceError>;
     fn is_finished(&self) -> bool;
     fn step(&mut self, cancel: &Cancel) -> Result<Vec<Occurrence>, InferenceError>;
@@ -17,9 +19,12 @@ pub(crate) trait Machine: Clone + Send + 'static {
     fn abstraction(&self) -> Abstraction;
 }
 
-impl Machine for Sampler {
+impl Machine for Run {
     fn start(cloud: Arc<SampleCloud>, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
         Self::new(cloud, params, cancel)
+    }
+    fn params(&self) -> Params {
+        *self.params()
     }
     fn set_params(&mut self, params: Params) -> Result<(), InferenceError> {
         self.set_params(params)

@@ -1,4 +1,4 @@
-//! The background thread that owns the sampler, and the types that cross.
+//! The background thread that owns the run, and the types that cross.
 //!
 //! Commands go in and events come out over bounded channels. No lock is shared
 //! with the owner: what has to be stopped is stopped through an atomic flag
@@ -10,7 +10,7 @@ use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
-use crate::inference::{Cancel, Sampler};
+use crate::inference::{Cancel, Run};
 
 mod engine;
 mod machine;
@@ -51,7 +51,7 @@ impl Worker {
     /// # Errors
     /// If the operating system gives no thread.
     pub fn spawn(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
-        Self::spawn_machine::<Sampler>(wake)
+        Self::spawn_machine::<Run>(wake)
     }
 
     fn spawn_machine<M: Machine>(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {

@@ -31,15 +31,17 @@ pub enum Command {
     Resample(SamplingOptions),
     /// Use these parameters from the next step on.
     SetParams(Params),
-    /// Iterate until the run is finished (or paused). A finished run starts anew.
+    /// Iterate until the run is finished (or paused). A finished run, and one of
+    /// another algorithm than the parameters ask for, starts anew.
     Run,
     /// Stop after (or within) the present step; nothing is lost.
     Pause,
+    /// Make the next step of the run.
     StepIteration,
     StepMerge,
     /// Merge until no pair is acceptable.
     MergeAll,
-    /// Back to the k-means start, with the present parameters.
+    /// Back to the start, with the present parameters.
     Reset,
     /// Write the segmented cloud of the present state.
     ExportCloud(PathBuf),
@@ -98,7 +100,7 @@ pub struct Snapshot {
     pub abstraction: Abstraction,
     /// The parameters in force in the step that led here.
     pub params: Params,
-    /// The parameters that the run was started with: its K and seed.
+    /// The parameters that the run was started with: its algorithm, K and seed.
     pub start: Params,
     /// What happened in that step.
     pub occurrences: Vec<Occurrence>,

@@ -36,6 +36,9 @@ impl Machine for Scripted {
     fn start(cloud: Arc<SampleCloud>, params: Params, _: &Cancel) -> Result<Self, InferenceError> {
         Ok(Self { points: cloud.points.len(), params, iteration: 0, merges: 0 })
     }
+    fn params(&self) -> Params {
+        self.params
+    }
     fn set_params(&mut self, params: Params) -> Result<(), InferenceError> {
         self.params = params;
         Ok(())

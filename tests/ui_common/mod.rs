@@ -119,6 +119,17 @@ impl Driver {
         self.harness.run_steps(2);
     }
 
+    /// Chooses one of a combo box's entries.
+    pub(crate) fn choose(&mut self, combo: &str, entry: &str) {
+        self.harness.get_by_role_and_label(Role::ComboBox, combo).click();
+        self.harness.run_steps(3);
+        self.press(entry);
+    }
+
+    pub(crate) fn is_slider_enabled(&self, slider: &str) -> bool {
+        !self.harness.get_by_role_and_label(Role::Slider, slider).accesskit_node().is_disabled()
+    }
+
     /// Moves a slider.
     pub(crate) fn slide(&mut self, slider: &str, value: f64) {
         self.harness.get_by_role_and_label(Role::Slider, slider).set_value_accesskit(value);

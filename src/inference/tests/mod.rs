@@ -1,5 +1,6 @@
 //! The inference's properties: fits, the laws of the draws, runs, scenes.
 
+mod baselines;
 mod degenerate;
 mod fits;
 mod laws;

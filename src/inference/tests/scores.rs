@@ -19,7 +19,7 @@ fn fitted(points: &[Point3<f64>]) -> Superquadric {
 fn length(parts: &[Vec<Point3<f64>>]) -> f64 {
     let all: Vec<Point3<f64>> = parts.iter().flatten().copied().collect();
     let spacing = KdTree::new(&all).mean_spacing(5);
-    parts.iter().map(|part| describe(&fitted(part), part, all.len(), spacing).length).sum()
+    parts.iter().map(|part| describe(&fitted(part), part, all.len(), spacing, 1.0).length).sum()
 }
 
 /// Cuts a cloud by a plane through its centroid.
@@ -96,7 +96,7 @@ fn the_length_is_the_formula() {
     let shape = block([0.0; 3], [1.0, 0.6, 0.4]);
     let points: Vec<_> = samples(&shape, 300).into_iter().map(|p| p * 1.05).collect();
     let (total, spacing) = (1000, 0.01);
-    let d = describe(&shape, &points, total, spacing);
+    let d = describe(&shape, &points, total, spacing, 1.0);
     let n = points.len() as f64;
     let rms = (points.iter().map(|p| shape.first_order_distance(p).powi(2)).sum::<f64>() / n).sqrt();
     assert!((d.rms / rms - 1.0).abs() < 1e-9);
@@ -110,4 +110,7 @@ fn the_length_is_the_formula() {
     };
     let expected = 6.5 * (total as f64).ln() - points.iter().map(density).sum::<f64>();
     assert!((d.length - expected).abs() < 1e-6 * expected.abs(), "{} {expected}", d.length);
+    // The price of a primitive is its parameters', whatever its points cost.
+    let dear = describe(&shape, &points, total, spacing, 3.0);
+    assert!((dear.length - d.length - 13.0 * (total as f64).ln()).abs() < 1e-6);
 }
