@@ -139,7 +139,6 @@ fn outliers_make_no_giants() {
 /// Thinning is not the place where the share of outliers grows: they are a
 /// fifth of the cloud.
 #[test]
-#[ignore = "known to fail: even thinning keeps all outliers, so 43 % of the samples are"]
 fn thinning_does_not_favour_outliers() {
     let Some(outliers) = &*OUTLIERS else { return };
     for run in &outliers.runs {

@@ -6,6 +6,7 @@ mod ui_common;
 
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
+use superform::geometry::{SampledPart, Surface};
 use superform::inference::Phase;
 use superform::session::Verb;
 use superform::worker::{Activity, Source};
@@ -214,4 +215,19 @@ fn sampling_anew_starts_over() {
     let loaded = driver.session().loaded.as_ref().unwrap();
     assert_eq!((loaded.sampling.seed, driver.iteration()), (5, 0));
     assert!(!driver.session().is_enabled(Verb::Resample));
+}
+
+/// The built-in chair has parts that reach into others.
+#[test]
+fn what_is_hidden_is_sampled_on_request() {
+    let mut driver = Driver::finished();
+    let loaded = driver.session().loaded.as_ref().unwrap();
+    assert!(loaded.cloud.part.left_out() > 0.02, "{:?}", loaded.cloud.part);
+    let label = "Only the surface seen from outside";
+    driver.harness.get_by_role_and_label(ui_common::Role::CheckBox, label).click();
+    driver.harness.run_steps(2);
+    driver.press("Sample again");
+    driver.settle();
+    let loaded = driver.session().loaded.as_ref().unwrap();
+    assert_eq!((loaded.sampling.surface, loaded.cloud.part), (Surface::All, SampledPart::Whole));
 }

@@ -287,7 +287,7 @@ impl BenchJob {
                         SamplingOptions { points: self.points, seed, ..SamplingOptions::default() };
                     let settings = serde_json::to_vec(&(
                         (&shape.name, method.name, params),
-                        (sampling.points, sampling.seed, sampling.surface, self.metrics),
+                        (sampling.points, sampling.seed, sampling.surface, sampling.isolated, self.metrics),
                     ))?;
                     let key = fingerprint(&[
                         program.as_bytes(),

@@ -4,8 +4,8 @@ use egui::{DragValue, Grid, Label, Response, RichText, Slider, Ui};
 
 use super::theme::{self, Palette};
 use super::widgets::{choice, count, divide, fact, length, primary_button, section, verb_button};
-use crate::geometry::Surface;
 use crate::geometry::kernel::Distance;
+use crate::geometry::{Isolated, Surface};
 use crate::inference::{MergeRule, Method, Params, Setting};
 use crate::io::ShapeGeometry;
 use crate::session::Session;
@@ -66,14 +66,22 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             .labelled_by(label)
             .on_hover_text("Seed of the sampling");
     });
+    let with_note = |tooltip: &str| match loaded.cloud.part.note() {
+        Some(note) => format!("{tooltip}. In this run {note}"),
+        None => tooltip.to_owned(),
+    };
     if matches!(loaded.shape.geometry, ShapeGeometry::Mesh(_)) {
         let mut outside = sampling.surface == Surface::Outside;
-        let tooltip = match loaded.cloud.part.note() {
-            Some(note) => format!("No samples on inner walls and buried parts. In this run {note}"),
-            None => "No samples on inner walls and buried parts".to_owned(),
-        };
-        ui.checkbox(&mut outside, "Only the surface seen from outside").on_hover_text(tooltip);
+        ui.checkbox(&mut outside, "Only the surface seen from outside")
+            .on_hover_text(with_note("No samples on inner walls and buried parts"));
         sampling.surface = if outside { Surface::Outside } else { Surface::All };
+    } else {
+        let mut leave_out = sampling.isolated == Isolated::LeaveOut;
+        ui.checkbox(&mut leave_out, "Leave out isolated points").on_hover_text(with_note(
+            "No samples on outliers, which have next to no neighbours: points far from all others stay \
+             unassigned",
+        ));
+        sampling.isolated = if leave_out { Isolated::LeaveOut } else { Isolated::Keep };
     }
     if session.is_enabled(Verb::Resample) {
         verb_button(ui, session, Verb::Resample, ui.available_width(), actions);
