@@ -130,7 +130,7 @@ struct SettingsArgs {
     /// How to abstract the shape; the other options tune what the method reads
     #[arg(long, visible_alias = "preset", value_name = "NAME", value_parser = methods(), default_value = "default")]
     method: Method,
-    /// Number of samples N, from 100 to 200000 [default: 3500]
+    /// Number of samples N, from 100 to 200000 [default: 5500]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     points: Option<usize>,
     /// Part of a mesh that is sampled

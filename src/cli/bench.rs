@@ -83,7 +83,7 @@ pub(super) struct BenchArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Settings of all methods")]
 struct Changes {
-    /// Number of samples that a shape is reduced to [default: 3500]
+    /// Number of samples that a shape is reduced to [default: 5500]
     #[arg(long, value_name = "N")]
     points: Option<usize>,
     /// Concentration α

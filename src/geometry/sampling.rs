@@ -82,7 +82,7 @@ pub enum Isolated {
 
 impl Default for SamplingOptions {
     fn default() -> Self {
-        Self { points: 3500, seed: 1, surface: Surface::default(), isolated: Isolated::default() }
+        Self { points: 5500, seed: 1, surface: Surface::default(), isolated: Isolated::default() }
     }
 }
 

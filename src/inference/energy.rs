@@ -21,7 +21,7 @@ use crate::geometry::{Superquadric, kernel};
 
 /// The mean error, in mean spacings, that a primitive has to save where
 /// [`Params::primitive_cost`] is 1.
-const PRICE: f64 = 0.015;
+const PRICE: f64 = 0.0125;
 /// A lonely point, of fewer neighbours than a surface gives, counts as this
 /// many mean spacings at most: it may be an outlier.
 pub(crate) const OUTLIER_SPACINGS: f64 = 2.0;
