@@ -2,14 +2,15 @@
 //! "few".
 //!
 //! ```text
-//! E = Σ_points ρ(d(x, primitives)) + Σ_visible surface ρ(d(s, cloud)) + K·price
+//! E = Σ_points ρ(d(x, primitives)) + Σ_visible surface ρ(d(s, cloud)) + price(K)
 //! ```
 //!
 //! Points count alike, the surface by its area in points' worth, so that the
 //! first two terms are the two sides of the Chamfer-L1 distance between the
 //! primitives' union and the cloud, in mean spacings times
-//! 2N. The price of a primitive is a share of that, too: it has to lower the
-//! error by so much. Unlike a likelihood of the points it knows when a
+//! 2N. The price of the primitives is a share of that, too: one more has to
+//! lower the error by so much. It grows as K^0.6: of a shape that has many parts
+//! already one more says less about how simple it is. Unlike a likelihood of the points it knows when a
 //! primitive sticks out over empty space.
 
 use rayon::prelude::*;
@@ -20,16 +21,20 @@ use super::two_way::{SurfaceSample, rounded, sample_surface};
 use crate::geometry::{Superquadric, kernel};
 
 /// The mean error, in mean spacings, that a primitive has to save where
-/// [`Params::primitive_cost`] is 1.
-const PRICE: f64 = 0.0125;
+/// [`Params::primitive_cost`] is 1 and there are [`USUAL_COUNT`] of them.
+const PRICE: f64 = 0.0128;
+const USUAL_COUNT: f64 = 8.0;
+/// The price of K primitives grows with this power of K.
+const GROWTH: f64 = 0.6;
 /// A lonely point, of fewer neighbours than a surface gives, counts as this
 /// many mean spacings at most: it may be an outlier.
 pub(crate) const OUTLIER_SPACINGS: f64 = 2.0;
 const LONELY: usize = 4;
 
-/// What one primitive adds to the energy.
-pub(crate) fn price(model: &Model, params: &Params) -> f64 {
-    PRICE * params.primitive_cost * scale(model)
+/// What `count` primitives add to the energy.
+pub(crate) fn price(model: &Model, params: &Params, count: usize) -> f64 {
+    let one = PRICE * params.primitive_cost * scale(model);
+    one * (count as f64).powf(GROWTH) / (GROWTH * USUAL_COUNT.powf(GROWTH - 1.0))
 }
 
 /// 2·N·s̄: the energy of an error of one mean spacing.

@@ -101,14 +101,20 @@ impl<'a> Layout<'a> {
     }
 
     pub(crate) fn energy(&self) -> f64 {
-        self.assembly.error() + energy::price(self.model, self.params) * self.pieces().len() as f64
+        self.assembly.error() + energy::price(self.model, self.params, self.pieces().len())
     }
 
     /// The energy with the pieces `added` in the place of those at `removed`.
     pub(crate) fn energy_with(&self, removed: &[usize], added: &[Piece]) -> f64 {
         let count = self.pieces().len() - removed.len() + added.len();
-        self.assembly.error_with(self.model, removed, added)
-            + energy::price(self.model, self.params) * count as f64
+        self.assembly.error_with(self.model, removed, added) + energy::price(self.model, self.params, count)
+    }
+
+    /// What the next primitive would cost.
+    pub(crate) fn price_of_one_more(&self) -> f64 {
+        let count = self.pieces().len();
+        let price = |count| energy::price(self.model, self.params, count);
+        price(count + 1) - price(count)
     }
 
     /// What the points and the visible surface of each primitive add to the
@@ -165,7 +171,7 @@ impl<'a> Layout<'a> {
     /// Whether the two-way fit may make these shapes worth having.
     fn promising(&self, removed: &[usize], shapes: &[Superquadric], before: f64) -> bool {
         let added: Vec<Piece> = shapes.iter().map(|s| Piece::new(self.model, *s)).collect();
-        let price = energy::price(self.model, self.params);
+        let price = self.price_of_one_more();
         self.energy_with(removed, &added) < before + HOPELESS * price * shapes.len() as f64
     }
 
@@ -202,7 +208,7 @@ impl<'a> Layout<'a> {
         let alone: f64 = list.iter().map(|&j| self.points_error(j)).sum();
         let together: f64 =
             self.model.gather(&points).iter().map(|x| rounded(glance.first_order_distance(x), spacing)).sum();
-        let price = energy::price(self.model, self.params);
+        let price = self.price_of_one_more();
         if together > alone + HOPELESS * price * list.len() as f64 {
             return None;
         }

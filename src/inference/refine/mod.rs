@@ -24,6 +24,9 @@ use layout::Proposal;
 const ROUNDS: usize = 8;
 /// Steps of a two-way fit in each of the two passes of a round.
 const FIT_STEPS: usize = 12;
+/// Passes over the final primitives at most, and steps of a fit in each.
+const POLISHES: usize = 5;
+const POLISH_STEPS: usize = 25;
 /// Random cuts in two that are tried of each primitive.
 const CUTS: u32 = 2;
 /// Cuts into more parts, for primitives that span a ring or a frame: no cut in
@@ -89,6 +92,7 @@ pub(crate) fn refine(state: &mut State, params: &Params, cancel: &Cancel, occurr
         }
         layout.assign();
     }
+    polish(&mut layout);
     if cancel.is_requested() {
         return;
     }
@@ -146,51 +150,80 @@ fn start<'a>(
 /// Fits every primitive to its points and what is around it, and keeps what
 /// lowers the energy. Returns the energy.
 fn refit(layout: &mut Layout<'_>, names: &mut [Name], state: &mut State) -> f64 {
-    let notable = NOTABLE * energy::price(layout.model, layout.params);
+    let notable = NOTABLE * layout.price_of_one_more();
     let mut energy = layout.energy();
     for explore in [true, false] {
-        let fitted: Vec<Option<Piece>> = (0..layout.pieces().len())
-            .into_par_iter()
-            .map(|j| {
-                let points = &layout.members[j];
-                let mut starts = vec![layout.pieces()[j].shape];
-                if explore && points.len() > SMALLEST_CLUSTER {
-                    starts.extend(layout.one_way(points, &starts, Effort::THOROUGH));
-                }
-                let shape = layout.two_way(points, &starts, &layout.others(&[j]), FIT_STEPS)?;
-                Some(Piece::new(layout.model, shape))
-            })
-            .collect();
-        // Each judged next to those taken before it.
-        let (mut old, mut new): (Vec<usize>, Vec<Piece>) = (Vec::new(), Vec::new());
-        for (j, piece) in fitted.into_iter().enumerate() {
-            let Some(piece) = piece else { continue };
-            old.push(j);
-            new.push(piece);
-            let now = layout.energy_with(&old, &new);
-            if now < energy {
-                if energy - now > notable {
-                    names[j].revision = state.new_revision();
-                }
-                energy = now;
-            } else {
-                old.pop();
-                new.pop();
+        energy = refit_once(layout, energy, explore, FIT_STEPS, |j, gain| {
+            if gain > notable {
+                names[j].revision = state.new_revision();
             }
-        }
-        let mut pieces = layout.pieces().to_vec();
-        for (j, piece) in old.into_iter().zip(new) {
-            pieces[j] = piece;
-        }
-        layout.set_pieces(pieces);
-        layout.assign();
+        });
     }
+    energy
+}
+
+/// Fits the final primitives until they rest.
+fn polish(layout: &mut Layout<'_>) {
+    let rest = NOTABLE * layout.price_of_one_more();
+    let mut energy = layout.energy();
+    for _ in 0..POLISHES {
+        let now = refit_once(layout, energy, false, POLISH_STEPS, |_, _| {});
+        if energy - now < rest {
+            break;
+        }
+        energy = now;
+    }
+}
+
+/// Fits every primitive next to the others, and takes those fits that lower
+/// the `energy`, which is returned; `taken` hears of each with its gain.
+/// Exploring starts anew from the points, too.
+fn refit_once(
+    layout: &mut Layout<'_>,
+    mut energy: f64,
+    explore: bool,
+    steps: usize,
+    mut taken: impl FnMut(usize, f64),
+) -> f64 {
+    let fitted: Vec<Option<Piece>> = (0..layout.pieces().len())
+        .into_par_iter()
+        .map(|j| {
+            let points = &layout.members[j];
+            let mut starts = vec![layout.pieces()[j].shape];
+            if explore && points.len() > SMALLEST_CLUSTER {
+                starts.extend(layout.one_way(points, &starts, Effort::THOROUGH));
+            }
+            let shape = layout.two_way(points, &starts, &layout.others(&[j]), steps)?;
+            Some(Piece::new(layout.model, shape))
+        })
+        .collect();
+    // Each judged next to those taken before it.
+    let (mut old, mut new): (Vec<usize>, Vec<Piece>) = (Vec::new(), Vec::new());
+    for (j, piece) in fitted.into_iter().enumerate() {
+        let Some(piece) = piece else { continue };
+        old.push(j);
+        new.push(piece);
+        let now = layout.energy_with(&old, &new);
+        if now < energy {
+            taken(j, energy - now);
+            energy = now;
+        } else {
+            old.pop();
+            new.pop();
+        }
+    }
+    let mut pieces = layout.pieces().to_vec();
+    for (j, piece) in old.into_iter().zip(new) {
+        pieces[j] = piece;
+    }
+    layout.set_pieces(pieces);
+    layout.assign();
     energy
 }
 
 /// Changes that have not been tried of the same primitives before.
 fn new_ideas(layout: &Layout<'_>, names: &[Name], tried: &mut BTreeSet<(Idea, Vec<u64>)>) -> Vec<Idea> {
-    let price = energy::price(layout.model, layout.params);
+    let price = layout.price_of_one_more();
     let mut ideas = Vec::new();
     for (j, own) in layout.own_errors().into_iter().enumerate() {
         ideas.push(Idea::Remove(j));
@@ -199,7 +232,8 @@ fn new_ideas(layout: &Layout<'_>, names: &[Name], tried: &mut BTreeSet<(Idea, Ve
             ideas.extend((0..CUTS).map(|attempt| Idea::Cut(j, 2, attempt)));
             ideas.push(Idea::Peel(j));
         }
-        let worth = |parts: &u32| own > f64::from(*parts - 1) * price;
+        // (The price falls as they get more.)
+        let worth = |parts: &u32| own > 0.8 * f64::from(*parts - 1) * price;
         ideas.extend(PARTS.into_iter().filter(worth).map(|parts| Idea::Cut(j, parts, 0)));
     }
     let pairs = if layout.params.merge == MergeRule::None { BTreeSet::new() } else { layout.neighbors() };

@@ -23,7 +23,7 @@ fn energy(parts: &[Vec<Point3<f64>>]) -> f64 {
         Piece::new(&model, found.unwrap().shape)
     };
     let pieces: Vec<Piece> = parts.iter().map(fitted).collect();
-    let price = energy::price(&model, &Params::default()) * pieces.len() as f64;
+    let price = energy::price(&model, &Params::default(), pieces.len());
     Assembly::new(&model, pieces).error() + price
 }
 
@@ -116,9 +116,14 @@ fn the_error_is_both_sides_of_the_chamfer_distance() {
 fn the_price_of_a_primitive_is_its_cost_times_the_default() {
     let points = samples(&block([0.0; 3], [1.0, 0.6, 0.4]), 300);
     let model = Model::new(Frame::of(&points).unwrap(), &points);
-    let one = energy::price(&model, &Params::default());
-    let three = energy::price(&model, &Params { primitive_cost: 3.0, ..Params::default() });
-    assert!((three / one - 3.0).abs() < 1e-12);
+    let price =
+        |count, primitive_cost| energy::price(&model, &Params { primitive_cost, ..Params::default() }, count);
+    let one = price(1, 1.0);
+    assert!((price(1, 3.0) / one - 3.0).abs() < 1e-12);
+    // Each next one costs, and costs less than the one before.
+    let next: Vec<f64> = (0..50).map(|k| price(k + 1, 1.0) - price(k, 1.0)).collect();
+    assert!(next.iter().all(|p| *p > 0.0) && next.is_sorted_by(|a, b| a > b));
+    assert_eq!(price(0, 1.0), 0.0);
     assert!(one > 0.0 && one < 0.1 * energy::scale(&model));
 }
 
