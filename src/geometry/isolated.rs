@@ -32,7 +32,7 @@ const FALL: f64 = 1.25;
 const SHEET_NEIGHBORS: usize = 16;
 /// Largest share of the neighbours' variance that is across a sheet; in space
 /// it is about 1/6 for as many neighbours.
-const ACROSS: f64 = 0.08;
+const ACROSS: f64 = 0.1;
 /// Largest distance of a point on a sheet from its neighbours' mean, in their
 /// standard deviations: a point far from a few others sees them in one line.
 const OFFSET: f64 = 2.0;
