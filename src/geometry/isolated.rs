@@ -32,7 +32,7 @@ const FALL: f64 = 1.25;
 const SHEET_NEIGHBORS: usize = 16;
 /// Largest share of the neighbours' variance that is across a sheet; in space
 /// it is about 1/6 for as many neighbours.
-const ACROSS: f64 = 0.05;
+const ACROSS: f64 = 0.1;
 /// Largest distance of a point on a sheet from its neighbours' mean, in their
 /// standard deviations: a point far from a few others sees them in one line.
 const OFFSET: f64 = 2.0;
@@ -206,9 +206,9 @@ fn in_small_components(tree: &KdTree, points: &[Point3<f64>], radius: f64) -> Ve
     component.into_iter().map(|c| c == Component::Small).collect()
 }
 
-/// Whether each point lies on a sheet (or line) with the nearest of the others,
-/// as do most of those. Here and there some points of a volume are nearly in a
-/// plane, but not one next to the other.
+/// Whether each point lies on a sheet (or line) of points: amid others, most of
+/// which see theirs in a plane. Here and there a point of a volume does, too, but
+/// not most in one place.
 fn on_sheets(points: &[Point3<f64>]) -> Vec<bool> {
     if points.len() <= SHEET_NEIGHBORS {
         return vec![false; points.len()];
@@ -222,24 +222,36 @@ fn on_sheets(points: &[Point3<f64>]) -> Vec<bool> {
             std::array::from_fn(|_| others.next().unwrap_or(i))
         })
         .collect();
-    let flat: Vec<bool> = points
+    let seen: Vec<Surroundings> = points
         .par_iter()
         .zip(&neighbors)
-        .map(|(p, near)| is_flat(p, near.map(|j| points[j as usize])))
+        .map(|(p, near)| Surroundings::new(p, near.map(|j| points[j as usize])))
         .collect();
-    flat.iter()
+    seen.iter()
         .zip(&neighbors)
-        .map(|(&own, near)| own && 2 * near.iter().filter(|&&j| flat[j as usize]).count() >= SHEET_NEIGHBORS)
+        .map(|(own, near)| {
+            own.is_amid && 2 * near.iter().filter(|&&j| seen[j as usize].is_flat).count() >= SHEET_NEIGHBORS
+        })
         .collect()
 }
 
-/// Whether the neighbours of a point are nearly in a plane, and around it.
-fn is_flat(p: &Point3<f64>, neighbors: [Point3<f64>; SHEET_NEIGHBORS]) -> bool {
-    let offsets = neighbors.map(|n| n - p);
-    let mean = offsets.iter().sum::<Vector3<f64>>() / SHEET_NEIGHBORS as f64;
-    let squares = offsets.iter().map(|o| (o - mean) * (o - mean).transpose()).sum::<Matrix3<f64>>();
-    let covariance = squares / SHEET_NEIGHBORS as f64;
-    let variance = covariance.trace();
-    mean.norm_squared() <= OFFSET * OFFSET * variance
-        && covariance.symmetric_eigenvalues().min() <= ACROSS * variance
+/// What a point sees of its neighbours.
+struct Surroundings {
+    /// They are about the point, not all to one side and far.
+    is_amid: bool,
+    /// The point is amid them, and they are nearly in a plane.
+    is_flat: bool,
+}
+
+impl Surroundings {
+    fn new(p: &Point3<f64>, neighbors: [Point3<f64>; SHEET_NEIGHBORS]) -> Self {
+        let offsets = neighbors.map(|n| n - p);
+        let mean = offsets.iter().sum::<Vector3<f64>>() / SHEET_NEIGHBORS as f64;
+        let squares = offsets.iter().map(|o| (o - mean) * (o - mean).transpose()).sum::<Matrix3<f64>>();
+        let covariance = squares / SHEET_NEIGHBORS as f64;
+        let variance = covariance.trace();
+        let is_amid = mean.norm_squared() <= OFFSET * OFFSET * variance;
+        let is_flat = is_amid && covariance.symmetric_eigenvalues().min() <= ACROSS * variance;
+        Self { is_amid, is_flat }
+    }
 }
