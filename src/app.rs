@@ -245,8 +245,9 @@ impl App {
             self.finish(ctx, Err(error));
             return;
         }
-        let is_done =
-            self.session.activity == Activity::Idle && self.session.phase() == Some(Phase::Finished);
+        let is_done = self.session.activity == Activity::Idle
+            && self.session.phase() == Some(Phase::Finished)
+            && !self.session.is_measuring();
         if !is_done || pending.is_requested {
             return;
         }

@@ -69,7 +69,7 @@ enum Command {
 
 #[derive(Debug, Args)]
 struct OpenArgs {
-    /// Mesh or point cloud to open: OBJ, PLY or XYZ text
+    /// Mesh or point cloud to open: OBJ, PLY, STL, OFF, glTF, GLB or XYZ text
     file: Option<PathBuf>,
     #[command(flatten)]
     settings: SettingsArgs,
@@ -83,7 +83,7 @@ struct OpenArgs {
 
 #[derive(Debug, Args)]
 struct RunArgs {
-    /// Mesh or point cloud to read: OBJ, PLY or XYZ text
+    /// Mesh or point cloud to read: OBJ, PLY, STL, OFF, glTF, GLB or XYZ text
     input: PathBuf,
     /// Folder for the results; made if it isn't there
     #[arg(short, long, value_name = "DIR")]
@@ -96,7 +96,7 @@ struct RunArgs {
 struct EvaluateArgs {
     /// primitives.json of a run, or the folder that holds it
     result: PathBuf,
-    /// Mesh or point cloud to measure against: OBJ, PLY or XYZ text
+    /// Mesh or point cloud to measure against: OBJ, PLY, STL, OFF, glTF, GLB or XYZ text
     #[arg(long, value_name = "FILE")]
     reference: PathBuf,
     /// Write JSON instead of a table

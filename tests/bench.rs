@@ -143,6 +143,35 @@ fn the_table_holds_what_the_runs_were() {
     assert!(markdown.contains("none is worse in both"), "{markdown}");
 }
 
+/// A baseline is run as what it is, not as the sampler under its name.
+#[test]
+fn baselines_are_measured_beside_the_sampler() {
+    let temp = tempfile::tempdir().unwrap();
+    let folder = temp.path();
+    write_shapes(folder);
+    let methods = "default,kmeans,ems,hierarchical-ems";
+    let output =
+        bench(folder, &["shapes/chair.obj", "--methods", methods, "--seeds", "1", "--primitive-cost", "2"]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let table: Value =
+        serde_json::from_slice(&fs::read(folder.join("superform-bench/table.json")).unwrap()).unwrap();
+    let runs = table["runs"].as_array().unwrap();
+    let names: Vec<&str> = runs.iter().map(|r| r["method"].as_str().unwrap()).collect();
+    assert_eq!(names.join(","), methods);
+    let primitives: Vec<u64> = runs.iter().map(|r| r["primitives"].as_u64().unwrap()).collect();
+    assert_eq!(primitives[1..3], [5, 1], "k-means has K primitives, EMS one: {primitives:?}");
+    for (i, run) in runs.iter().enumerate() {
+        for other in &runs[..i] {
+            assert_ne!(run["chamfer_l1"], other["chamfer_l1"], "{run} {other}");
+        }
+    }
+    let parameters = |method: &str, name: &str| {
+        table["methods"].as_array().unwrap().iter().find(|m| m[0] == method).unwrap()[1][name].clone()
+    };
+    assert_eq!(parameters("default", "primitive_cost"), 2.0);
+    assert_eq!(parameters("kmeans", "algorithm"), "kmeans");
+}
+
 #[test]
 fn a_run_that_fails_is_told_and_the_others_count() {
     let temp = tempfile::tempdir().unwrap();
@@ -169,6 +198,8 @@ fn command_lines_that_make_no_sense_are_refused() {
         (&["list.csv", "--methods", "best"], 2, "without-merge"),
         (&["list.csv", "--seeds", "3..1"], 2, "no range"),
         (&["list.csv", "--alpha", "-1"], 2, "alpha is -1"),
+        (&["list.csv", "--methods", "ems"], 2, "none of the methods reads --iterations"),
+        (&["list.csv", "--primitive-cost", "0"], 2, "cost"),
         (&["gone.obj"], 1, "can't find gone.obj"),
         (&["list.csv", "--compare", "gone.csv"], 1, "gone.csv"),
     ] {

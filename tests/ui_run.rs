@@ -257,3 +257,47 @@ fn isolated_points_are_sampled_on_request() {
     let loaded = driver.session().loaded.as_ref().unwrap();
     assert_eq!((loaded.sampling.isolated, loaded.cloud.part), (Isolated::Keep, SampledPart::Whole));
 }
+
+/// The figures of the present state, which are those of `evaluate`.
+#[test]
+fn the_figures_of_a_state_that_rests_are_shown_and_explained() {
+    let mut driver = Driver::finished();
+    driver.until(|session| session.measurement().is_some());
+    let metrics = driver.session().measurement().unwrap().result.clone().unwrap();
+    for value in [metrics.chamfer_l1, metrics.accuracy, metrics.completeness] {
+        assert!(driver.shows(&format!("{:.5}", value.unwrap())), "{metrics:?}");
+    }
+    assert!(driver.shows(&format!("{:.3}", metrics.iou.unwrap())));
+    let labels = ["Chamfer-L1", "Accuracy", "Completeness", "IoU", "Primitives", "Unassigned"];
+    for label in labels {
+        assert!(driver.harness.query_all_by_label(label).next().is_some(), "{label}");
+    }
+    driver.harness.get_by_label("Completeness").hover();
+    driver.harness.run_steps(30);
+    assert!(driver.shows("Mean distance from the input to the surface"), "it is defined");
+    // A state of its own has figures of its own: the start has none.
+    driver.press("Reset");
+    driver.settle();
+    assert!(driver.session().measurement().is_none());
+    assert!(!driver.shows(&format!("{:.5}", metrics.chamfer_l1.unwrap())));
+    driver.press("Step iteration");
+    driver.until(|session| session.measurement().is_some());
+    let next = driver.session().measurement().unwrap().result.clone().unwrap();
+    assert_ne!(next.chamfer_l1, metrics.chamfer_l1);
+    assert!(driver.shows(&format!("{:.5}", next.chamfer_l1.unwrap())));
+}
+
+#[test]
+fn a_cloud_says_why_it_has_no_volume() {
+    let folder = tempfile::tempdir().unwrap();
+    let points: String = (0..900)
+        .map(|i| {
+            let (u, v) = (f64::from(i % 30) * 0.21, f64::from(i / 30) * 0.1);
+            format!("{} {} {v}\n", u.cos(), u.sin())
+        })
+        .collect();
+    let cloud = ui_common::file(&folder, "tube.xyz", &points);
+    let mut driver = Driver::start(options(Source::File(cloud)), [1280.0, 800.0]);
+    driver.until(|session| session.measurement().is_some());
+    assert!(driver.shows("No IoU: the reference is a cloud"));
+}

@@ -4,7 +4,9 @@
 use std::sync::Arc;
 use std::time::Duration;
 
+use superform::geometry::metrics::{MetricOptions, evaluate};
 use superform::inference::{Method, Params, Phase};
+use superform::io;
 use superform::worker::{Activity, Command, Event, SamplingOptions, Snapshot, Source, Worker};
 
 /// Longer than anything here takes; reached only by a failing test.
@@ -114,4 +116,32 @@ fn another_method_starts_anew() {
             _ => {}
         }
     }
+}
+
+/// What is shown is what `evaluate` says of the exported result.
+#[test]
+fn a_finished_run_is_measured_as_evaluate_measures_its_file() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("primitives.json");
+    let mut worker = start();
+    worker.send(Command::Run);
+    let measurement = loop {
+        match worker.next_event(PATIENCE).expect("the worker has fallen silent") {
+            Event::Measured(measurement) => break measurement,
+            Event::Failed { what, error } => panic!("{what}: {error}"),
+            _ => {}
+        }
+    };
+    assert_eq!(measurement.snapshot.abstraction.phase, Phase::Finished);
+    let found = measurement.result.as_ref().unwrap();
+    worker.send(Command::ExportPrimitives(path.clone()));
+    while !matches!(worker.next_event(PATIENCE).expect("the worker has fallen silent"), Event::Written { .. })
+    {
+    }
+    let stored = io::read_primitives(&path).unwrap();
+    let reference = io::reference(&io::built_in().unwrap(), &MetricOptions::default()).unwrap();
+    let known = evaluate(&stored.shapes(), found.unassigned_share, &reference);
+    assert_eq!(found, &known);
+    assert!(known.chamfer_l1.is_some_and(|d| d < 0.1) && known.iou.is_some(), "{known:?}");
+    assert!((found.unassigned_share.unwrap() - stored.unassigned_share()).abs() < 1e-12);
 }

@@ -4,7 +4,6 @@
 //! finished is kept on disk at once, so that a benchmark that was stopped goes
 //! on where it was.
 
-mod methods;
 mod output;
 mod runner;
 mod shapes;
@@ -20,20 +19,18 @@ use std::thread;
 
 use anyhow::Context;
 use clap::Args;
-use clap::builder::PossibleValuesParser;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use self::methods::{METHODS, Method, by_name};
 use self::runner::{Task, run_all};
 use self::shapes::BenchShape;
 use self::store::{Row, Store, fingerprint};
 use self::table::Table;
 use super::interrupt::{INTERRUPTED, cancel_on_interrupt};
-use super::{MeasureArgs, fail, say};
+use super::{MeasureArgs, fail, methods, say, whole};
 use crate::geometry::SamplingOptions;
 use crate::geometry::metrics::MetricOptions;
-use crate::inference::{Cancel, Params};
+use crate::inference::{Cancel, Method, Params, Setting};
 use crate::io;
 
 /// Files in the folder of a benchmark.
@@ -54,10 +51,8 @@ pub(super) struct BenchArgs {
     #[arg(required = true)]
     shapes: Vec<PathBuf>,
     /// Methods to compare
-    #[arg(long, value_delimiter = ',', default_value = "default", value_name = "A,B,…",
-          value_parser = PossibleValuesParser::new(METHODS.iter().map(
-              |m| clap::builder::PossibleValue::new(m.name).help(m.about))))]
-    methods: Vec<String>,
+    #[arg(long, value_delimiter = ',', default_value = "default", value_name = "A,B,…", value_parser = methods())]
+    methods: Vec<Method>,
     /// Seeds of each method on each shape: numbers, and ranges with both ends
     #[arg(long, default_value = "1..3", value_name = "A..B,C,…")]
     seeds: Seeds,
@@ -79,12 +74,12 @@ pub(super) struct BenchArgs {
     changes: Changes,
 }
 
-/// Parameters that are changed for all methods.
+/// Parameters that are changed for all methods that read them.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Settings of all methods")]
+#[command(next_help_heading = "Settings of all methods that read them")]
 struct Changes {
     /// Number of samples that a shape is reduced to [default: 5500]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     points: Option<usize>,
     /// Concentration α
     #[arg(long, value_name = "ALPHA", allow_negative_numbers = true)]
@@ -93,11 +88,55 @@ struct Changes {
     #[arg(long, value_name = "P0", allow_negative_numbers = true)]
     p0: Option<f64>,
     /// Number of Gibbs iterations T
-    #[arg(long, value_name = "T")]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = whole::<u32>)]
     iterations: Option<u32>,
     /// Number of clusters K at the start
-    #[arg(long, value_name = "K")]
+    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = whole::<u32>)]
     clusters: Option<u32>,
+    /// Cost of a primitive: more gives fewer primitives with larger errors
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    primitive_cost: Option<f64>,
+}
+
+impl Changes {
+    /// Each of the methods once, with the changes that it reads.
+    fn apply(&self, methods: &[Method]) -> Result<Vec<(Method, Params)>, String> {
+        fn pick<T>(reads: bool, given: Option<T>, usual: T) -> T {
+            given.filter(|_| reads).unwrap_or(usual)
+        }
+        let mut changed: Vec<(Method, Params)> = Vec::new();
+        for &method in methods {
+            let usual = method.params();
+            let params = Params {
+                alpha: pick(usual.reads(Setting::Alpha), self.alpha, usual.alpha),
+                p0: pick(usual.reads(Setting::P0), self.p0, usual.p0),
+                iterations: pick(usual.reads(Setting::Iterations), self.iterations, usual.iterations),
+                clusters: pick(usual.reads(Setting::Clusters), self.clusters, usual.clusters),
+                primitive_cost: pick(
+                    usual.reads(Setting::PrimitiveCost),
+                    self.primitive_cost,
+                    usual.primitive_cost,
+                ),
+                ..usual
+            };
+            params.check()?;
+            if !changed.iter().any(|(m, _)| *m == method) {
+                changed.push((method, params));
+            }
+        }
+        for (given, option, setting) in [
+            (self.alpha.is_some(), "--alpha", Setting::Alpha),
+            (self.p0.is_some(), "--p0", Setting::P0),
+            (self.iterations.is_some(), "--iterations", Setting::Iterations),
+            (self.clusters.is_some(), "--clusters", Setting::Clusters),
+            (self.primitive_cost.is_some(), "--primitive-cost", Setting::PrimitiveCost),
+        ] {
+            if given && !changed.iter().any(|(_, params)| params.reads(setting)) {
+                return Err(format!("none of the methods reads {option}; leave it out"));
+            }
+        }
+        Ok(changed)
+    }
 }
 
 /// Seeds as in `1..3,7`: both ends of a range belong to it.
@@ -134,7 +173,7 @@ pub struct BenchJob {
     shapes: Vec<PathBuf>,
     reference_list: Option<PathBuf>,
     /// Each with its parameters.
-    methods: Vec<(&'static Method, Params)>,
+    methods: Vec<(Method, Params)>,
     seeds: Vec<u64>,
     points: usize,
     metrics: MetricOptions,
@@ -148,27 +187,10 @@ pub struct BenchJob {
 impl BenchArgs {
     /// The job, with all settings within their limits.
     pub(super) fn resolve(self) -> Result<BenchJob, String> {
-        let Changes { points, alpha, p0, iterations, clusters } = self.changes;
-        let sampling = SamplingOptions {
-            points: points.unwrap_or(SamplingOptions::default().points),
-            ..SamplingOptions::default()
-        };
+        let usual = SamplingOptions::default();
+        let sampling = SamplingOptions { points: self.changes.points.unwrap_or(usual.points), ..usual };
         sampling.check().map_err(|e| e.to_string())?;
-        let mut methods: Vec<(&'static Method, Params)> = Vec::new();
-        for method in self.methods.iter().filter_map(|name| by_name(name)) {
-            let usual = (method.params)();
-            let params = Params {
-                alpha: alpha.unwrap_or(usual.alpha),
-                p0: p0.unwrap_or(usual.p0),
-                iterations: iterations.unwrap_or(usual.iterations),
-                clusters: clusters.unwrap_or(usual.clusters),
-                ..usual
-            };
-            params.check()?;
-            if !methods.iter().any(|(m, _)| m.name == method.name) {
-                methods.push((method, params));
-            }
-        }
+        let methods = self.changes.apply(&self.methods)?;
         let cores = thread::available_parallelism().map_or(1, usize::from);
         Ok(BenchJob {
             shapes: self.shapes,
@@ -242,7 +264,7 @@ impl BenchJob {
         let mut failures = Vec::new();
         run_all(&open_tasks, &shapes, &self.metrics, self.jobs, cancel, |at, result| {
             let task = &open_tasks[at];
-            let (shape, method, seed) = (&shapes[task.shape].name, task.method.name, task.params.seed);
+            let (shape, method, seed) = (&shapes[task.shape].name, task.method.name(), task.params.seed);
             match result {
                 Ok(row) => {
                     store.add(row.clone())?;
@@ -286,7 +308,7 @@ impl BenchJob {
                     let sampling =
                         SamplingOptions { points: self.points, seed, ..SamplingOptions::default() };
                     let settings = serde_json::to_vec(&(
-                        (&shape.name, method.name, params),
+                        (&shape.name, method.name(), params),
                         (sampling.points, sampling.seed, sampling.surface, sampling.isolated, self.metrics),
                     ))?;
                     let key = fingerprint(&[
@@ -310,7 +332,7 @@ impl BenchJob {
             command: &self.command,
             seeds: &self.seeds,
             points: self.points,
-            methods: self.methods.iter().map(|(m, params)| (m.name, params)).collect(),
+            methods: self.methods.iter().map(|(m, params)| (m.name(), params)).collect(),
             measuring: &self.metrics,
             table,
             runs: rows,
@@ -357,12 +379,27 @@ mod tests {
     }
 
     #[test]
-    fn methods_have_names_of_their_own_and_valid_parameters() {
-        for (i, method) in METHODS.iter().enumerate() {
-            assert_eq!(METHODS.iter().position(|m| m.name == method.name), Some(i));
-            assert_eq!((method.params)().check(), Ok(()));
-            assert!(by_name(method.name).is_some_and(|m| m.name == method.name));
-        }
-        assert!(by_name("best").is_none());
+    fn methods_take_the_changes_that_they_read() {
+        let changes = Changes {
+            points: None,
+            alpha: Some(2.0),
+            p0: None,
+            iterations: None,
+            clusters: Some(7),
+            primitive_cost: Some(3.0),
+        };
+        let methods = [Method::Default, Method::KMeans, Method::Paper, Method::Default];
+        let changed = changes.apply(&methods).unwrap();
+        let default = Params { alpha: 2.0, clusters: 7, primitive_cost: 3.0, ..Params::default() };
+        assert_eq!(
+            changed,
+            [
+                (Method::Default, default),
+                (Method::KMeans, Params { clusters: 7, ..Method::KMeans.params() }),
+                (Method::Paper, Params { alpha: 2.0, clusters: 7, ..Params::paper() }),
+            ]
+        );
+        let problem = changes.apply(&[Method::KMeans]).unwrap_err();
+        assert_eq!(problem, "none of the methods reads --alpha; leave it out");
     }
 }

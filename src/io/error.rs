@@ -26,15 +26,15 @@ impl fmt::Display for Place {
 pub enum ReadError {
     #[error("can't open {path}: {reason}; check the name and that you may read it", path = path.display())]
     Open { path: PathBuf, reason: std::io::Error },
-    #[error("{path} is not a file; give the name of an OBJ, PLY or XYZ file", path = path.display())]
+    #[error("{path} is not a file; give the name of a mesh or a point cloud", path = path.display())]
     NotAFile { path: PathBuf },
     #[error("{path} has {bytes} bytes, more than the {limit} that can be read; thin the shape out first", path = path.display())]
     TooLarge { path: PathBuf, bytes: u64, limit: u64 },
     #[error("{path} is empty; it may not have been written to the end", path = path.display())]
     Empty { path: PathBuf },
-    #[error("{path} is {what}, which can't be read; convert it to OBJ, PLY or XYZ text (.xyz, .txt, .csv, .pts)", path = path.display())]
+    #[error("{path} is {what}, which can't be read; convert it to OBJ, PLY, STL, OFF, glTF or XYZ text (.xyz, .txt, .csv, .pts)", path = path.display())]
     Unsupported { path: PathBuf, what: &'static str },
-    #[error("{path} is in no format that can be read; those are OBJ, PLY and XYZ text (.xyz, .txt, .csv, .pts)", path = path.display())]
+    #[error("{path} is in no format that can be read; those are OBJ, PLY, STL, OFF, glTF, GLB and XYZ text (.xyz, .txt, .csv, .pts)", path = path.display())]
     Unknown { path: PathBuf },
     #[error("{path}{at}: {problem}", path = path.display(), at = place.map(|p| format!(", {p}")).unwrap_or_default())]
     Malformed { path: PathBuf, place: Option<Place>, problem: String },

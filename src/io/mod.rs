@@ -3,10 +3,13 @@
 
 mod detect;
 mod error;
+mod gltf;
 mod obj;
+mod off;
 mod ply;
 mod primitives;
 mod raw;
+mod stl;
 mod text;
 mod write;
 mod xyz;
@@ -56,20 +59,24 @@ pub struct PointCloud {
     pub colors: Option<Vec<[u8; 3]>>,
 }
 
-/// Reads a shape from an OBJ, PLY or XYZ text file. The format is told from
-/// the content first and the name's ending second; a file with faces is a
-/// mesh, one without a cloud. Faces that are out of range, not finite or
+/// Reads a shape from an OBJ, PLY, STL, OFF, glTF, GLB or XYZ text file. The
+/// format is told from the content first and the name's ending second; a file
+/// with faces is a mesh, one without a cloud. Faces that are out of range, not finite or
 /// without area are left out and noted in [`Shape::notes`].
 ///
 /// # Errors
 /// One [`ReadError`] that says what is wrong, where, and what to do. Memory
-/// stays within a small multiple of the file's size, whatever the file claims.
+/// stays within a small multiple of the file's size, whatever the file claims;
+/// only a glTF scene may ask for more, by its copies of meshes, within limits.
 pub fn read(path: &Path) -> Result<Shape, ReadError> {
     let bytes = content(path)?;
     let format = detect::format(&bytes, path)?;
     let parsed = match format {
         detect::Format::Obj => obj::parse(&text::decode(&bytes)),
         detect::Format::Ply => ply::parse(&bytes),
+        detect::Format::Stl => stl::parse(&bytes),
+        detect::Format::Off => off::parse(&text::decode(&bytes)),
+        detect::Format::Gltf => gltf::parse(&bytes, path.parent().unwrap_or(Path::new(""))),
         detect::Format::Xyz => xyz::parse(&text::decode(&bytes)),
     };
     let (geometry, notes) =
@@ -95,6 +102,9 @@ fn content(path: &Path) -> Result<Vec<u8>, ReadError> {
     }
     Ok(bytes)
 }
+
+/// Endings of the names of all files that can be read.
+pub const SHAPE_ENDINGS: &[&str] = &detect::ENDINGS;
 
 /// Whether a file's name ends as that of a shape that can be read.
 pub fn has_shape_ending(path: &Path) -> bool {

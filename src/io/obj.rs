@@ -13,7 +13,7 @@ use std::fmt::Write as _;
 use nalgebra::Point3;
 
 use super::error::Fault;
-use super::raw::Raw;
+use super::raw::{Raw, color_bytes};
 use super::text::{lines, number, quoted};
 
 const OPTIONS: tobj::LoadOptions =
@@ -123,17 +123,8 @@ impl Plain {
         Ok(())
     }
 
-    /// Vertex colours, where every vertex has them: from 0 to 1 or to 255.
+    /// Vertex colours, where every vertex has them.
     fn colors(&self) -> Option<Vec<[u8; 3]>> {
-        let all = self.extras.iter().flatten();
-        let scale = if all.clone().all(|c| (0.0..=1.0).contains(c)) {
-            255.0
-        } else if all.clone().all(|c| (0.0..=255.0).contains(c)) {
-            1.0
-        } else {
-            return None;
-        };
-        (!self.points.is_empty() && self.extras.len() == self.points.len())
-            .then(|| self.extras.iter().map(|rgb| rgb.map(|c| (c * scale).round() as u8)).collect())
+        (self.extras.len() == self.points.len()).then(|| color_bytes(&self.extras)).flatten()
     }
 }

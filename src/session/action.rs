@@ -168,7 +168,7 @@ macro_rules! verbs {
 }
 
 verbs! {
-    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, XYZ)";
+    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, XYZ)";
     OpenBuiltIn: File, None, "Open built-in shape", "Open the shape that comes with the program";
     ExportCloud: File, ctrl('E'), "Export segmented cloud…",
         "Write every input point with its label and colour, in input order (PLY)";

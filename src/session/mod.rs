@@ -8,7 +8,9 @@ use std::sync::Arc;
 
 use crate::geometry::SampledPart;
 use crate::inference::{Algorithm, Occurrence, Params, Phase, Primitive, Setting};
-use crate::worker::{Activity, Command, Event, LoadedShape, Pace, SamplingOptions, Snapshot, Source};
+use crate::worker::{
+    Activity, Command, Event, LoadedShape, Measurement, Pace, SamplingOptions, Snapshot, Source,
+};
 
 pub mod action;
 pub mod camera;
@@ -64,6 +66,10 @@ pub struct Session {
     pub messages: Messages,
     /// What the last merge came to.
     pub merge_text: Option<String>,
+    /// The last state that was measured.
+    measurement: Option<Arc<Measurement>>,
+    /// The state that is being measured.
+    measuring: Option<Arc<Snapshot>>,
     /// No pair of the present state may be merged.
     merges_are_exhausted: bool,
     /// Run as soon as the shape that is on its way has arrived.
@@ -87,6 +93,8 @@ impl Session {
             hidden: BTreeSet::new(),
             messages: Messages::default(),
             merge_text: None,
+            measurement: None,
+            measuring: None,
             merges_are_exhausted: false,
             run_when_loaded: false,
         }
@@ -114,6 +122,20 @@ impl Session {
 
     pub fn phase(&self) -> Option<Phase> {
         self.snapshot.as_ref().map(|s| s.abstraction.phase)
+    }
+
+    /// The figures of the present state, where it has been measured.
+    pub fn measurement(&self) -> Option<&Measurement> {
+        self.measurement.as_deref().filter(|m| self.is_present(&m.snapshot))
+    }
+
+    /// Whether the present state is being measured.
+    pub fn is_measuring(&self) -> bool {
+        self.measuring.as_ref().is_some_and(|s| self.is_present(s))
+    }
+
+    fn is_present(&self, snapshot: &Arc<Snapshot>) -> bool {
+        self.snapshot.as_ref().is_some_and(|present| Arc::ptr_eq(present, snapshot))
     }
 
     /// Whether the worker is busy with the run (not with files).
@@ -350,6 +372,14 @@ impl Session {
             Event::MergeStep(None) => {
                 self.merges_are_exhausted = true;
                 self.merge_text = Some("No pair is left that may be merged.".to_owned());
+            }
+            Event::Measuring(snapshot) => self.measuring = Some(snapshot),
+            Event::Measured(measurement) => {
+                self.measuring.take_if(|s| Arc::ptr_eq(s, &measurement.snapshot));
+                // A state that was left behind doesn't matter any more.
+                if self.is_present(&measurement.snapshot) {
+                    self.measurement = Some(measurement);
+                }
             }
             Event::Written { path, what } => {
                 // What could not be written before can be now.

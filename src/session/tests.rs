@@ -233,3 +233,27 @@ fn framing_the_selection_looks_at_it() {
     session.apply(Action::Verb(Verb::FrameAll));
     assert!(session.camera.distance > all);
 }
+
+#[test]
+fn figures_are_shown_for_the_state_they_belong_to() {
+    let mut session = session();
+    let Event::Snapshot(first) = snapshot(&[1, 2], Phase::Sampling, 1, vec![]) else { unreachable!() };
+    let Event::Snapshot(second) = snapshot(&[1], Phase::Sampling, 2, vec![]) else { unreachable!() };
+    let measured = |snapshot: &Arc<Snapshot>| {
+        let (snapshot, result) = (Arc::clone(snapshot), Err("it has no surface".to_owned()));
+        Event::Measured(Arc::new(Measurement { snapshot, result }))
+    };
+    session.absorb(Event::Snapshot(Arc::clone(&first)));
+    session.absorb(Event::Measuring(Arc::clone(&first)));
+    assert!(session.is_measuring() && session.measurement().is_none());
+    session.absorb(measured(&first));
+    assert!(!session.is_measuring() && session.measurement().is_some());
+    // The next state has none of its own yet, and doesn't take a late one.
+    session.absorb(Event::Snapshot(Arc::clone(&second)));
+    assert!(session.measurement().is_none());
+    session.absorb(Event::Measuring(Arc::clone(&second)));
+    session.absorb(measured(&first));
+    assert!(session.is_measuring() && session.measurement().is_none());
+    session.absorb(measured(&second));
+    assert!(!session.is_measuring() && session.measurement().is_some());
+}

@@ -9,6 +9,7 @@ use std::time::{Duration, Instant};
 use egui::{Context, Label, Modal, RichText, TextEdit};
 
 use super::theme::Palette;
+use crate::io;
 use crate::session::action::{Action, Export};
 
 /// A dialog that a person cancelled was open for longer; where there is none,
@@ -43,7 +44,7 @@ impl Purpose {
     /// Name of the file kind and its extensions.
     fn filter(self) -> (&'static str, &'static [&'static str]) {
         match self {
-            Self::Open => ("Meshes and point clouds", &["obj", "ply", "xyz", "txt"]),
+            Self::Open => ("Meshes and point clouds", io::SHAPE_ENDINGS),
             Self::Export(Export::Cloud) => ("Segmented cloud", &["ply"]),
             Self::Export(Export::Primitives) => ("Primitives", &["json"]),
             Self::Screenshot => ("Picture", &["png"]),

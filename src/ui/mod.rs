@@ -9,6 +9,7 @@ use crate::session::action::Action;
 
 mod controls;
 mod dialogs;
+mod figures;
 mod keys;
 mod menu;
 mod overlays;

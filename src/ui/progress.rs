@@ -1,9 +1,10 @@
-//! Under the viewport: how far the run is, and K and the mean error of every
-//! step; at the very bottom the status line.
+//! Under the viewport: how far the run is, the figures of the present state,
+//! and K and the mean error of every step; at the very bottom the status line.
 
 use egui::{Color32, Layout, ProgressBar, RichText, Ui, vec2};
 use egui_plot::{GridMark, Line, Plot, PlotPoints, VLine};
 
+use super::figures;
 use super::theme::Palette;
 use super::widgets::{count, length};
 use crate::inference::{Algorithm, Phase, Setting};
@@ -25,6 +26,8 @@ pub(super) fn show(ui: &mut Ui, session: &Session) {
         ui.add(bar).on_hover_text(&text);
         ui.label(text);
     });
+    ui.add_space(2.0);
+    figures::show(ui, session);
     ui.add_space(2.0);
     let entries = session.history.entries();
     let gap = ui.spacing().item_spacing.x + 8.0;

@@ -7,7 +7,9 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError};
 use std::time::{Duration, Instant};
 
+use super::Wake;
 use super::machine::Machine;
+use super::measure::Measurer;
 use super::protocol::{Activity, Command, Event, LoadedShape, Pace, SamplingOptions, Snapshot, Source};
 use super::source::{self, Part};
 use crate::geometry::SampleCloud;
@@ -39,6 +41,9 @@ struct Present<M> {
     machine: M,
     abstraction: Abstraction,
     elapsed: Duration,
+    /// The state that the last step led to, until it is measured or the run
+    /// starts anew.
+    unmeasured: Option<Arc<Snapshot>>,
 }
 
 /// What one step came to.
@@ -75,7 +80,8 @@ impl Stop {
 pub(super) struct Engine<M> {
     orders: Receiver<Order>,
     events: SyncSender<Event>,
-    wake: Box<dyn Fn() + Send + Sync>,
+    wake: Arc<Wake>,
+    measurer: Measurer,
     cancel: Cancel,
     params: Params,
     pace: Pace,
@@ -87,13 +93,10 @@ pub(super) struct Engine<M> {
 }
 
 impl<M: Machine> Engine<M> {
-    pub(super) fn new(
-        orders: Receiver<Order>,
-        events: SyncSender<Event>,
-        wake: Box<dyn Fn() + Send + Sync>,
-    ) -> Self {
+    pub(super) fn new(orders: Receiver<Order>, events: SyncSender<Event>, wake: Arc<Wake>) -> Self {
         Self {
             orders,
+            measurer: Measurer::spawn(events.clone(), &wake),
             events,
             wake,
             cancel: Cancel::default(),
@@ -265,9 +268,15 @@ impl<M: Machine> Engine<M> {
                 self.generation += 1;
                 let shape = Arc::new(LoadedShape { generation: self.generation, shape, cloud, sampling });
                 self.emit(Event::Loaded(Arc::clone(&shape)));
-                let start = self.params;
-                self.present =
-                    Some(Present { shape, run: 1, start, machine, abstraction, elapsed: Duration::ZERO });
+                self.present = Some(Present {
+                    shape,
+                    run: 1,
+                    start: self.params,
+                    machine,
+                    abstraction,
+                    elapsed: Duration::ZERO,
+                    unmeasured: None,
+                });
                 self.emit_snapshot(Vec::new());
                 true
             }
@@ -300,6 +309,7 @@ impl<M: Machine> Engine<M> {
                 present.run += 1;
                 present.start = params;
                 present.elapsed = Duration::ZERO;
+                present.unmeasured = None;
                 self.emit_snapshot(Vec::new());
                 true
             }
@@ -362,10 +372,10 @@ impl<M: Machine> Engine<M> {
         match step {
             Step::Iterated(occurrences) => {
                 done |= self.present.as_ref().is_none_or(|p| p.machine.is_finished());
-                self.emit_snapshot(occurrences);
+                self.emit_step(occurrences);
             }
             Step::Merged(Some(report)) => {
-                self.emit_snapshot(vec![Occurrence::Merged(report.clone())]);
+                self.emit_step(vec![Occurrence::Merged(report.clone())]);
                 self.emit(Event::MergeStep(Some(report)));
             }
             Step::Merged(None) => {
@@ -409,8 +419,21 @@ impl<M: Machine> Engine<M> {
         self.emit(Event::Failed { what: what.into(), error: error.into() });
     }
 
+    /// Has the state measured that the work came to rest at.
+    fn measure(&mut self) {
+        let Some(present) = &mut self.present else { return };
+        if let Some(snapshot) = present.unmeasured.take()
+            && self.measurer.ask(&present.shape.shape, &snapshot)
+        {
+            self.emit(Event::Measuring(snapshot));
+        }
+    }
+
     /// Says what the engine is about to do.
     fn announce(&mut self) {
+        if self.work == Work::Nothing {
+            self.measure();
+        }
         self.emit(Event::Activity(match self.work {
             Work::Nothing => Activity::Idle,
             Work::Run | Work::StepIteration => Activity::Running,
@@ -418,19 +441,27 @@ impl<M: Machine> Engine<M> {
         }));
     }
 
-    fn emit_snapshot(&mut self, occurrences: Vec<Occurrence>) {
-        if let Some(present) = &self.present {
-            let snapshot = Snapshot {
-                generation: present.shape.generation,
-                run: present.run,
-                abstraction: present.abstraction.clone(),
-                params: present.machine.params(),
-                start: present.start,
-                occurrences,
-                elapsed: present.elapsed,
-            };
-            self.emit(Event::Snapshot(Arc::new(snapshot)));
+    fn emit_step(&mut self, occurrences: Vec<Occurrence>) {
+        let snapshot = self.emit_snapshot(occurrences);
+        if let Some(present) = &mut self.present {
+            present.unmeasured = snapshot;
         }
+    }
+
+    /// Tells the present state, which it returns.
+    fn emit_snapshot(&mut self, occurrences: Vec<Occurrence>) -> Option<Arc<Snapshot>> {
+        let present = self.present.as_ref()?;
+        let snapshot = Arc::new(Snapshot {
+            generation: present.shape.generation,
+            run: present.run,
+            abstraction: present.abstraction.clone(),
+            params: present.machine.params(),
+            start: present.start,
+            occurrences,
+            elapsed: present.elapsed,
+        });
+        self.emit(Event::Snapshot(Arc::clone(&snapshot)));
+        Some(snapshot)
     }
 
     /// Waits while the owner is behind, which bounds what is kept for it.

@@ -6,6 +6,7 @@
 //! handed a `wake` callback and calls it after every event.
 
 use std::collections::VecDeque;
+use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::thread::JoinHandle;
 use std::time::Duration;
@@ -14,6 +15,7 @@ use crate::inference::{Cancel, Run};
 
 mod engine;
 mod machine;
+mod measure;
 pub mod protocol;
 mod source;
 #[cfg(test)]
@@ -21,12 +23,17 @@ mod tests;
 
 use engine::{Engine, Order};
 use machine::Machine;
-pub use protocol::{Activity, Command, Event, LoadedShape, Pace, SamplingOptions, Snapshot, Source};
+pub use protocol::{
+    Activity, Command, Event, LoadedShape, Measurement, Pace, SamplingOptions, Snapshot, Source,
+};
 
 /// Commands that may wait for a busy worker before they wait at the sender.
 const COMMAND_CAPACITY: usize = 64;
 /// Events that may wait for a busy owner before the worker waits for it.
 const EVENT_CAPACITY: usize = 32;
+
+/// Called after each event.
+type Wake = dyn Fn() + Send + Sync;
 
 /// The owner's end: send commands, take events. Dropping it cancels what is
 /// going on, stops the thread and waits for it.
@@ -45,8 +52,8 @@ pub struct Worker {
 }
 
 impl Worker {
-    /// Starts the thread. `wake` is called on it after each event, and must
-    /// not block.
+    /// Starts the thread. `wake` is called after each event, on this thread or
+    /// the one that measures, and must not block.
     ///
     /// # Errors
     /// If the operating system gives no thread.
@@ -59,7 +66,7 @@ impl Worker {
         let (outgoing, events) = mpsc::sync_channel(EVENT_CAPACITY);
         let thread = std::thread::Builder::new()
             .name("sampler".to_owned())
-            .spawn(move || Engine::<M>::new(incoming, outgoing, Box::new(wake)).run())?;
+            .spawn(move || Engine::<M>::new(incoming, outgoing, Arc::new(wake)).run())?;
         Ok(Self {
             orders: Some(orders),
             events: Some(events),

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use crate::geometry::SampleCloud;
 pub use crate::geometry::SamplingOptions;
+use crate::geometry::metrics::Metrics;
 use crate::inference::{Abstraction, MergeReport, Occurrence, Params};
 use crate::io::Shape;
 
@@ -109,6 +110,15 @@ pub struct Snapshot {
     pub elapsed: Duration,
 }
 
+/// What a state comes to against the shape that was read.
+#[derive(Debug, Clone)]
+pub struct Measurement {
+    pub snapshot: Arc<Snapshot>,
+    /// The figures that `evaluate` gives with its own settings, or why there
+    /// are none.
+    pub result: Result<Metrics, String>,
+}
+
 /// What the worker is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Activity {
@@ -129,6 +139,11 @@ pub enum Event {
     /// A step of `StepMerge` or `MergeAll`, told after its snapshot: the
     /// accepted pair, or `None` if no pair is left (`MergeAll` ends with it).
     MergeStep(Option<MergeReport>),
+    /// Before the worker is idle again: the state at which steps, merges or a
+    /// run came to rest is being measured, besides whatever comes next.
+    Measuring(Arc<Snapshot>),
+    /// Sooner or later after that, unless a later state took its place.
+    Measured(Arc<Measurement>),
     /// A file was written, whole.
     Written {
         path: PathBuf,

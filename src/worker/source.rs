@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use super::protocol::{LoadedShape, SamplingOptions, Source};
 use crate::geometry::SampleCloud;
+use crate::geometry::metrics::{MetricOptions, Reference};
 use crate::inference::{Abstraction, Params};
 use crate::io::{self, Outcome, Shape};
 
@@ -20,6 +21,11 @@ pub(super) fn read(source: &Source) -> Result<Arc<Shape>, String> {
 /// Samples the shape.
 pub(super) fn sample(shape: &Shape, sampling: SamplingOptions) -> Result<Arc<SampleCloud>, String> {
     io::sample(shape, &sampling).map(Arc::new).map_err(|error| chain(&error))
+}
+
+/// Prepares the shape for being measured against, as `evaluate` does.
+pub(super) fn reference(shape: &Shape) -> Result<Reference, String> {
+    io::reference(shape, &MetricOptions::default()).map_err(|error| chain(&error))
 }
 
 /// What can be written of a state.

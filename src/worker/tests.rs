@@ -321,7 +321,53 @@ fn the_owner_is_woken_for_each_event() {
     .expect("a thread");
     let mut events = load(&mut worker, WELL_BEHAVED).len();
     worker.send(Command::Run);
-    events += until_idle(&mut worker).len();
+    events += until(&mut worker, |event| matches!(event, Event::Measured(_))).len();
+    // The thread that measures is not waited for.
+    let begun = Instant::now();
+    while woken.load(Ordering::SeqCst) < events && begun.elapsed() < PATIENCE {
+        std::thread::yield_now();
+    }
     drop(worker);
     assert_eq!(woken.load(Ordering::SeqCst), events);
+}
+
+/// The states that are said to be measured, and those that were.
+fn measured(events: &[Event]) -> (Vec<u32>, Vec<u32>) {
+    let of = |pick: fn(&Event) -> Option<&Snapshot>| {
+        events.iter().filter_map(pick).map(|s| s.abstraction.iteration).collect()
+    };
+    (
+        of(|event| if let Event::Measuring(snapshot) = event { Some(snapshot) } else { None }),
+        of(|event| if let Event::Measured(measurement) = event { Some(&measurement.snapshot) } else { None }),
+    )
+}
+
+#[test]
+fn states_are_measured_where_the_run_comes_to_rest() {
+    let seed = STALLS_AT_THIRD + 3;
+    let mut worker = worker();
+    assert_eq!(measured(&load(&mut worker, seed)), (vec![], vec![]), "the start is not worth it");
+    worker.send(Command::Run);
+    wait_for_stall(seed);
+    worker.send(Command::Pause);
+    let mut events = until_idle(&mut worker);
+    assert_eq!(measured(&events).0, [2], "not each iteration of a running run");
+    // The steps go on at once, whatever is being measured.
+    worker.send(Command::SetParams(Params { seed: WELL_BEHAVED, ..Params::default() }));
+    for _ in 0..3 {
+        worker.send(Command::StepIteration);
+        events.extend(until_idle(&mut worker));
+    }
+    worker.send(Command::Pause);
+    events.extend(until_idle(&mut worker));
+    assert_eq!(measured(&events).0, [2, 3, 4, 5], "a pause at the same state is nothing new");
+    let is_last =
+        |event: &Event| matches!(event, Event::Measured(m) if m.snapshot.abstraction.iteration == 5);
+    if !events.iter().any(is_last) {
+        events.extend(until(&mut worker, is_last));
+    }
+    let (_, found) = measured(&events);
+    assert!(found.is_sorted() && found.ends_with(&[5]), "{found:?}");
+    worker.send(Command::Reset);
+    assert_eq!(measured(&until_idle(&mut worker)), (vec![], vec![]));
 }

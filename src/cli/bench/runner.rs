@@ -6,12 +6,11 @@ use std::time::Duration;
 
 use anyhow::Context;
 
-use super::methods::Method;
 use super::shapes::BenchShape;
 use super::store::Row;
 use crate::geometry::SamplingOptions;
 use crate::geometry::metrics::{MetricOptions, Reference, evaluate};
-use crate::inference::{Cancel, Params, Sampler};
+use crate::inference::{Cancel, Method, Params, Run};
 use crate::io::{self, Shape};
 
 /// One run to make.
@@ -19,7 +18,7 @@ use crate::io::{self, Shape};
 pub(super) struct Task {
     /// Index of its shape.
     pub(super) shape: usize,
-    pub(super) method: &'static Method,
+    pub(super) method: Method,
     pub(super) params: Params,
     pub(super) sampling: SamplingOptions,
     pub(super) key: String,
@@ -67,7 +66,7 @@ pub(super) fn run_all(
                         let Some(task) = tasks.get(at).filter(|_| !cancel.is_requested()) else { return };
                         let (slot, shape) = (&slots[task.shape], &shapes[task.shape]);
                         let result = prepared(slot, shape, metrics)
-                            .and_then(|p| run(task, &shape.name, &p.0, &p.1, cancel));
+                            .and_then(|p| figures(task, &shape.name, &p.0, &p.1, cancel));
                         release(slot);
                         if cancel.is_requested() || sender.send((at, result)).is_err() {
                             return;
@@ -115,7 +114,8 @@ fn release(slot: &Mutex<Slot>) {
     }
 }
 
-fn run(
+/// Makes one run and measures what it found.
+fn figures(
     task: &Task,
     name: &str,
     shape: &Shape,
@@ -124,11 +124,11 @@ fn run(
 ) -> Result<Row, String> {
     let start = thread_time();
     let cloud = Arc::new(io::sample(shape, &task.sampling).map_err(|e| e.to_string())?);
-    let mut sampler = Sampler::new(cloud, task.params, cancel).map_err(|e| e.to_string())?;
-    while !sampler.is_finished() {
-        sampler.step(cancel).map_err(|e| e.to_string())?;
+    let mut run = Run::new(cloud, task.params, cancel).map_err(|e| e.to_string())?;
+    while !run.is_finished() {
+        run.step(cancel).map_err(|e| e.to_string())?;
     }
-    let abstraction = sampler.abstraction();
+    let abstraction = run.abstraction();
     let seconds = thread_time().saturating_sub(start).as_secs_f64();
     let shapes: Vec<_> = abstraction.primitives.iter().map(|p| p.shape).collect();
     let unassigned_share = abstraction.figures.unassigned as f64 / abstraction.labels.len().max(1) as f64;
@@ -140,7 +140,7 @@ fn run(
     };
     Ok(Row {
         shape: name.to_owned(),
-        method: task.method.name.to_owned(),
+        method: task.method.name().to_owned(),
         seed: task.params.seed,
         key: task.key.clone(),
         primitives: found.primitives,

@@ -1,0 +1,285 @@
+//! glTF 2.0, as text and binary (GLB): the triangles of a scene in world
+//! coordinates, or its points where it has no triangles. Materials, pictures,
+//! animations and what bends meshes (skins, morph targets) are left out.
+//!
+//! The JSON is read here rather than by a glTF library because those compute
+//! in single precision, hold on to indices that they did not check against the
+//! buffers, and refuse a file for faults in what doesn't matter here.
+
+use std::collections::{HashMap, HashSet};
+use std::path::Path;
+
+use nalgebra::{Matrix4, Point3, Quaternion, UnitQuaternion, Vector3};
+
+use super::error::Fault;
+use super::raw::Raw;
+use super::text::{counted, decode};
+use accessors::Data;
+use schema::{Node, Primitive, Root};
+
+mod accessors;
+mod buffers;
+mod schema;
+
+/// Vertices and triangles that a scene may have beyond those that its buffers
+/// hold: each node gets its copy of its mesh, so that a small file can ask for
+/// any number.
+const MOST_COPIED: usize = 1 << 24;
+
+/// Whether a text begins as a glTF file does, as far as one can tell.
+pub(super) fn is_gltf(start: &str, end: &[u8]) -> bool {
+    let key = b"\"asset\"";
+    start.trim_start().starts_with('{')
+        && (start.contains("\"asset\"") || end.windows(key.len()).any(|w| w == key))
+}
+
+/// Reads a file's content; buffers in files of their own are looked for from
+/// `folder` on.
+pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<Raw, Fault> {
+    let (root, blob) = if bytes.starts_with(b"glTF") {
+        let (json, blob) = buffers::chunks(bytes)?;
+        let root = serde_json::from_slice(json)
+            .map_err(|e| Fault::at_byte(20, format!("its JSON part can't be made out: {e}")))?;
+        (root, blob)
+    } else {
+        let root = serde_json::from_str::<Root>(&decode(bytes))
+            .map_err(|e| Fault::at_line(e.line(), format!("it is no JSON of a glTF scene: {e}")))?;
+        (root, None)
+    };
+    Scene::new(&root, blob, folder)?.read()
+}
+
+/// A scene that is being walked.
+struct Scene<'a> {
+    root: &'a Root,
+    data: Data<'a>,
+    raw: Raw,
+    /// Points of the primitives that show points, with their colours.
+    points: Vec<Point3<f64>>,
+    colors: Vec<[u8; 3]>,
+    /// Primitives of lines, and nodes with a skin or morph targets.
+    lines: usize,
+    bent: usize,
+    /// Vertices or triangles that it may have.
+    most: usize,
+}
+
+impl<'a> Scene<'a> {
+    fn new(root: &'a Root, blob: Option<&'a [u8]>, folder: &Path) -> Result<Self, Fault> {
+        if let Some(version) = root.asset.version.as_deref().filter(|v| !v.starts_with("2.")) {
+            let problem =
+                format!("it is glTF {version}, and only glTF 2 can be read; export the shape again");
+            return Err(Fault::whole(problem));
+        }
+        let compression = |e: &&String| e.contains("draco") || e.contains("meshopt");
+        if let Some(extension) = root.extensions_required.iter().find(compression) {
+            let problem = format!(
+                "its meshes are compressed ({extension}), which can't be read; export it without compression"
+            );
+            return Err(Fault::whole(problem));
+        }
+        let data = Data::new(root, blob, folder)?;
+        // Indices of vertices are 32 bits wide.
+        let most = data.bytes().saturating_add(MOST_COPIED).min(u32::MAX as usize);
+        Ok(Self {
+            root,
+            data,
+            raw: Raw::default(),
+            points: Vec::new(),
+            colors: Vec::new(),
+            lines: 0,
+            bent: 0,
+            most,
+        })
+    }
+
+    fn read(mut self) -> Result<Raw, Fault> {
+        let mut seen = HashSet::new();
+        let mut waiting: Vec<(usize, Matrix4<f64>)> =
+            self.roots()?.into_iter().rev().map(|i| (i, Matrix4::identity())).collect();
+        if self.root.nodes.is_empty() {
+            // Meshes without a scene stand where they are.
+            for mesh in 0..self.root.meshes.len() {
+                self.mesh(mesh, &Matrix4::identity())?;
+            }
+        }
+        while let Some((index, parent_world)) = waiting.pop() {
+            let node = entry(&self.root.nodes, index, "node")?;
+            if !seen.insert(index) {
+                let problem = format!("node {index} hangs below more than one other; export the shape again");
+                return Err(Fault::whole(problem));
+            }
+            let world = parent_world * local_transform(node);
+            if let Some(mesh) = node.mesh {
+                self.bent += usize::from(node.skin.is_some());
+                self.mesh(mesh, &world)?;
+            }
+            waiting.extend(node.children.iter().rev().map(|&child| (child, world)));
+        }
+        self.finish()
+    }
+
+    /// The nodes at the top of the scene that is shown.
+    fn roots(&self) -> Result<Vec<usize>, Fault> {
+        if !self.root.scenes.is_empty() {
+            return Ok(entry(&self.root.scenes, self.root.scene.unwrap_or(0), "scene")?.nodes.clone());
+        }
+        let children: HashSet<usize> = self.root.nodes.iter().flat_map(|n| &n.children).copied().collect();
+        Ok((0..self.root.nodes.len()).filter(|i| !children.contains(i)).collect())
+    }
+
+    fn finish(mut self) -> Result<Raw, Fault> {
+        let has_triangles = !self.raw.triangles.is_empty() || self.raw.faces_out_of_range > 0;
+        if !has_triangles && self.points.is_empty() {
+            return Err(Fault::whole("its scene shows neither triangles nor points; export the shape again"));
+        }
+        for (n, what) in [
+            (
+                if has_triangles { self.points.len() } else { 0 },
+                counted(self.points.len(), "point", "points"),
+            ),
+            (self.lines, counted(self.lines, "set of lines", "sets of lines")),
+        ] {
+            if n > 0 {
+                self.raw.notes.push(format!("left out {what} beside the surfaces"));
+            }
+        }
+        if self.bent > 0 {
+            let meshes = counted(self.bent, "mesh is", "meshes are");
+            self.raw.notes.push(format!("{meshes} in the rest position: skins are not applied"));
+        }
+        if !has_triangles {
+            self.raw.colors = (self.colors.len() == self.points.len()).then_some(self.colors);
+            self.raw.points = self.points;
+        }
+        Ok(self.raw)
+    }
+
+    fn check_size(&self, count: usize) -> Result<(), Fault> {
+        let most = self.most;
+        let problem =
+            || format!("its scene repeats meshes to more than {most} vertices or faces; thin it out");
+        if count > most { Err(Fault::whole(problem())) } else { Ok(()) }
+    }
+
+    fn mesh(&mut self, index: usize, world: &Matrix4<f64>) -> Result<(), Fault> {
+        let root = self.root;
+        // Primitives of one mesh often share their vertices.
+        let mut first_of: HashMap<usize, (usize, usize)> = HashMap::new();
+        for primitive in &entry(&root.meshes, index, "mesh")?.primitives {
+            let Some(&position) = primitive.attributes.get("POSITION") else { continue };
+            match primitive.mode {
+                0 => self.show_points(primitive, position, world)?,
+                1..=3 => self.lines += 1,
+                4..=6 => self.show_triangles(primitive, position, world, &mut first_of)?,
+                mode => {
+                    let problem = format!("mesh {index} has the unknown mode {mode}; export the shape again");
+                    return Err(Fault::whole(problem));
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn show_points(
+        &mut self,
+        primitive: &Primitive,
+        position: usize,
+        world: &Matrix4<f64>,
+    ) -> Result<(), Fault> {
+        let vertices = self.data.vectors(position)?;
+        let colors = match primitive.attributes.get("COLOR_0") {
+            Some(&accessor) => self.data.vectors(accessor)?,
+            None => Vec::new(),
+        };
+        let order: Vec<usize> = match primitive.indices {
+            Some(accessor) => self.data.indices(accessor)?,
+            None => (0..vertices.len()).collect(),
+        };
+        self.check_size(self.points.len() + order.len())?;
+        for i in order {
+            let Some(vertex) = vertices.get(i) else { continue };
+            self.points.push(placed(world, vertex));
+            self.colors.extend(colors.get(i).map(|rgb| rgb.map(srgb_byte)));
+        }
+        Ok(())
+    }
+
+    fn show_triangles(
+        &mut self,
+        primitive: &Primitive,
+        position: usize,
+        world: &Matrix4<f64>,
+        first_of: &mut HashMap<usize, (usize, usize)>,
+    ) -> Result<(), Fault> {
+        let (first, count) = match first_of.get(&position) {
+            Some(found) => *found,
+            None => {
+                let vertices = self.data.vectors(position)?;
+                self.check_size(self.raw.points.len() + vertices.len())?;
+                let range = (self.raw.points.len(), vertices.len());
+                self.raw.points.extend(vertices.iter().map(|v| placed(world, v)));
+                *first_of.entry(position).or_insert(range)
+            }
+        };
+        let corners = match primitive.indices {
+            Some(accessor) => self.data.indices(accessor)?,
+            None => (0..count).collect(),
+        };
+        self.check_size(self.raw.triangles.len() + corners.len())?;
+        // A mirrored mesh is turned inside out, unless its triangles are turned, too.
+        let is_mirrored = world.fixed_view::<3, 3>(0, 0).determinant() < 0.0;
+        let mut add = |a: usize, b: usize, c: usize| {
+            if a.max(b).max(c) >= count {
+                self.raw.faces_out_of_range += 1;
+                return;
+            }
+            let (b, c) = if is_mirrored { (c, b) } else { (b, c) };
+            // `check_size` keeps these well within range.
+            self.raw.triangles.push([a, b, c].map(|i| (first + i) as u32));
+        };
+        match (primitive.mode, &corners[..]) {
+            (4, _) => corners.chunks_exact(3).for_each(|t| add(t[0], t[1], t[2])),
+            (5, _) => corners
+                .windows(3)
+                .enumerate()
+                .for_each(|(i, t)| if i % 2 == 0 { add(t[0], t[1], t[2]) } else { add(t[1], t[0], t[2]) }),
+            (_, [hub, rim @ ..]) => rim.windows(2).for_each(|t| add(*hub, t[0], t[1])),
+            (_, []) => {}
+        }
+        Ok(())
+    }
+}
+
+/// An entry of one of the file's lists.
+fn entry<'a, T>(list: &'a [T], index: usize, what: &str) -> Result<&'a T, Fault> {
+    list.get(index).ok_or_else(|| {
+        let number = list.len();
+        Fault::whole(format!("it refers to {what} {index}, but has {number}; export the shape again"))
+    })
+}
+
+/// From a node's coordinates to those of its parent.
+fn local_transform(node: &Node) -> Matrix4<f64> {
+    if let Some(columns) = &node.matrix {
+        return Matrix4::from_column_slice(columns);
+    }
+    let [x, y, z, w] = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
+    let rotation = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.0).unwrap_or_default();
+    let scale = Vector3::from(node.scale.unwrap_or([1.0; 3]));
+    let translation = Vector3::from(node.translation.unwrap_or([0.0; 3]));
+    Matrix4::new_translation(&translation)
+        * rotation.to_homogeneous()
+        * Matrix4::new_nonuniform_scaling(&scale)
+}
+
+fn placed(world: &Matrix4<f64>, vertex: &[f64; 3]) -> Point3<f64> {
+    Point3::from(world.fixed_view::<3, 3>(0, 0) * Vector3::from(*vertex) + world.fixed_view::<3, 1>(0, 3))
+}
+
+/// glTF's colours are linear; pictures are not.
+fn srgb_byte(linear: f64) -> u8 {
+    let linear = linear.clamp(0.0, 1.0);
+    let encoded = if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 };
+    (255.0 * encoded).round() as u8
+}

@@ -1,0 +1,194 @@
+//! Numbers of a glTF file, every range checked against what there is.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use super::schema::{Accessor, Root};
+use super::{buffers, entry};
+use crate::io::error::Fault;
+
+/// How a number is stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Component {
+    I8,
+    U8,
+    I16,
+    U16,
+    U32,
+    F32,
+}
+
+impl Component {
+    fn of(code: u32) -> Result<Self, Fault> {
+        Ok(match code {
+            5120 => Self::I8,
+            5121 => Self::U8,
+            5122 => Self::I16,
+            5123 => Self::U16,
+            5125 => Self::U32,
+            5126 => Self::F32,
+            other => {
+                return Err(Fault::whole(format!("it has numbers of the unknown type {other}")));
+            }
+        })
+    }
+
+    fn size(self) -> usize {
+        match self {
+            Self::I8 | Self::U8 => 1,
+            Self::I16 | Self::U16 => 2,
+            Self::U32 | Self::F32 => 4,
+        }
+    }
+
+    /// The number in the first bytes, of which there are enough.
+    fn value(self, bytes: &[u8]) -> f64 {
+        match (self, bytes) {
+            (Self::I8, [a, ..]) => f64::from(i8::from_le_bytes([*a])),
+            (Self::U8, [a, ..]) => f64::from(*a),
+            (Self::I16, [a, b, ..]) => f64::from(i16::from_le_bytes([*a, *b])),
+            (Self::U16, [a, b, ..]) => f64::from(u16::from_le_bytes([*a, *b])),
+            (Self::U32, [a, b, c, d, ..]) => f64::from(u32::from_le_bytes([*a, *b, *c, *d])),
+            (Self::F32, [a, b, c, d, ..]) => f64::from(f32::from_le_bytes([*a, *b, *c, *d])),
+            _ => f64::NAN,
+        }
+    }
+
+    /// What 1 is stored as, where integers stand for −1 to 1.
+    fn one(self) -> f64 {
+        match self {
+            Self::I8 => 127.0,
+            Self::U8 => 255.0,
+            Self::I16 => 32767.0,
+            Self::U16 => 65535.0,
+            Self::U32 => f64::from(u32::MAX),
+            Self::F32 => 1.0,
+        }
+    }
+}
+
+/// The buffers of a file, and the way to the numbers in them.
+pub(super) struct Data<'a> {
+    root: &'a Root,
+    buffers: Vec<Cow<'a, [u8]>>,
+}
+
+/// Where numbers lie.
+struct Place {
+    view: usize,
+    offset: usize,
+    count: usize,
+    component: Component,
+    /// Numbers an element.
+    width: usize,
+}
+
+impl<'a> Data<'a> {
+    pub(super) fn new(root: &'a Root, blob: Option<&'a [u8]>, folder: &Path) -> Result<Self, Fault> {
+        let buffers =
+            root.buffers.iter().enumerate().map(|(i, buffer)| buffers::load(i, buffer, blob, folder));
+        Ok(Self { root, buffers: buffers.collect::<Result<_, _>>()? })
+    }
+
+    /// Bytes of all buffers.
+    pub(super) fn bytes(&self) -> usize {
+        self.buffers.iter().map(|b| b.len()).sum()
+    }
+
+    /// Positions, or the first three channels of colours.
+    pub(super) fn vectors(&self, accessor: usize) -> Result<Vec<[f64; 3]>, Fault> {
+        let about = entry(&self.root.accessors, accessor, "accessor")?;
+        let width = match about.kind.as_str() {
+            "VEC3" => 3,
+            "VEC4" => 4,
+            other => {
+                let problem = format!("accessor {accessor} holds {other} where it should hold VEC3");
+                return Err(Fault::whole(problem));
+            }
+        };
+        self.numbers(accessor, about, width)
+    }
+
+    /// Indices of vertices.
+    pub(super) fn indices(&self, accessor: usize) -> Result<Vec<usize>, Fault> {
+        let about = entry(&self.root.accessors, accessor, "accessor")?;
+        if about.kind != "SCALAR" || about.component_type == 5126 {
+            let problem = format!("accessor {accessor} should hold indices, but doesn't");
+            return Err(Fault::whole(problem));
+        }
+        let numbers: Vec<[f64; 1]> = self.numbers(accessor, about, 1)?;
+        Ok(numbers.into_iter().map(|[i]| i as usize).collect())
+    }
+
+    /// The first `N` numbers of every element, of which each has `width`.
+    fn numbers<const N: usize>(
+        &self,
+        index: usize,
+        about: &Accessor,
+        width: usize,
+    ) -> Result<Vec<[f64; N]>, Fault> {
+        let component = Component::of(about.component_type)?;
+        let mut numbers = match about.buffer_view {
+            Some(view) => {
+                self.dense(&Place { view, offset: about.byte_offset, count: about.count, component, width })?
+            }
+            None => {
+                // A file could ask for any number of zeros.
+                if about.count > self.bytes() {
+                    let count = about.count;
+                    let problem = format!("accessor {index} announces {count} elements that are not there");
+                    return Err(Fault::whole(problem));
+                }
+                vec![[0.0; N]; about.count]
+            }
+        };
+        if let Some(sparse) = &about.sparse {
+            let count = sparse.count;
+            let at: Vec<[f64; 1]> = self.dense(&Place {
+                view: sparse.indices.buffer_view,
+                offset: sparse.indices.byte_offset,
+                count,
+                component: Component::of(sparse.indices.component_type)?,
+                width: 1,
+            })?;
+            let (view, offset) = (sparse.values.buffer_view, sparse.values.byte_offset);
+            let values: Vec<[f64; N]> = self.dense(&Place { view, offset, count, component, width })?;
+            for ([i], value) in at.into_iter().zip(values) {
+                if let Some(slot) = numbers.get_mut(i as usize) {
+                    *slot = value;
+                }
+            }
+        }
+        if about.normalized {
+            let one = component.one();
+            numbers.iter_mut().flatten().for_each(|v| *v = (*v / one).max(-1.0));
+        }
+        Ok(numbers)
+    }
+
+    /// Numbers as they lie in a view.
+    fn dense<const N: usize>(&self, place: &Place) -> Result<Vec<[f64; N]>, Fault> {
+        let &Place { view, offset, count, component, width } = place;
+        let about = entry(&self.root.buffer_views, view, "buffer view")?;
+        let buffer = entry(&self.buffers, about.buffer, "buffer")?;
+        let bytes = buffer.get(about.byte_offset..).and_then(|rest| rest.get(..about.byte_length));
+        let bytes = bytes.and_then(|view| view.get(offset..)).ok_or_else(|| {
+            let (end, there) = (about.byte_offset.saturating_add(about.byte_length), buffer.len());
+            Fault::whole(format!(
+                "buffer {} should have at least {end} bytes, but has {there}; the file may have been cut short",
+                about.buffer
+            ))
+        })?;
+        let element = component.size() * width;
+        let stride = about.byte_stride.filter(|s| *s > 0).unwrap_or(element);
+        // Elements may overlap but not be read any number of times.
+        let room = if bytes.len() < element { 0 } else { (bytes.len() - element) / stride + 1 };
+        if count > room || stride < component.size() {
+            return Err(Fault::whole(format!(
+                "buffer view {view} has room for {room} elements, but {count} are announced; the file may have been cut short"
+            )));
+        }
+        let number = |i: usize, k: usize| component.value(&bytes[i * stride + k * component.size()..]);
+        Ok((0..count).map(|i| std::array::from_fn(|k| number(i, k))).collect())
+    }
+}

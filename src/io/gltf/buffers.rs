@@ -1,0 +1,145 @@
+//! Where a glTF file keeps its numbers: in the binary part, in the JSON as
+//! base64, or in a file beside it.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use super::schema::Buffer;
+use crate::io::content;
+use crate::io::error::Fault;
+use crate::io::text::quoted;
+
+/// The JSON and the binary part of a GLB file.
+pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
+    let word = |at: usize| {
+        let bytes = bytes.get(at..at + 4)?;
+        Some(u32::from_le_bytes([bytes[0], bytes[1], bytes[2], bytes[3]]))
+    };
+    if let Some(version) = word(4).filter(|v| *v != 2) {
+        let problem =
+            format!("it is binary glTF {version}, and only glTF 2 can be read; export the shape again");
+        return Err(Fault::at_byte(4, problem));
+    }
+    let (mut at, mut json, mut binary) = (12, None, None);
+    while json.is_none() || (binary.is_none() && at < bytes.len()) {
+        let (Some(length), Some(kind)) = (word(at), word(at + 4)) else {
+            // A few bytes of padding behind the JSON do no harm.
+            if json.is_some() {
+                break;
+            }
+            return Err(Fault::at_byte(at, "its JSON part is missing; the file may have been cut short"));
+        };
+        let start = at + 8;
+        let part = bytes.get(start..).and_then(|rest| rest.get(..length as usize)).ok_or_else(|| {
+            let there = bytes.len() - start;
+            let problem = format!(
+                "a part of {length} bytes begins here, but there are {there}; the file was cut short: copy or export it again"
+            );
+            Fault::at_byte(at, problem)
+        })?;
+        match &kind.to_le_bytes() {
+            b"JSON" => json = json.or(Some(part)),
+            b"BIN\0" => binary = Some(part),
+            _ => {}
+        }
+        at = start + part.len().next_multiple_of(4);
+    }
+    let json = json.unwrap_or_default();
+    Ok((json, binary))
+}
+
+/// The bytes of a buffer.
+pub(super) fn load<'a>(
+    index: usize,
+    buffer: &Buffer,
+    blob: Option<&'a [u8]>,
+    folder: &Path,
+) -> Result<Cow<'a, [u8]>, Fault> {
+    let Some(uri) = &buffer.uri else {
+        return blob
+            .filter(|_| index == 0)
+            .map(Cow::Borrowed)
+            .ok_or_else(|| Fault::whole(format!("buffer {index} has no content; export the shape again")));
+    };
+    if let Some(data) = uri.strip_prefix("data:") {
+        let decoded = data.split_once(";base64,").and_then(|(_, text)| base64(text.as_bytes()));
+        let problem = || Fault::whole(format!("buffer {index} is no base64 data; export the shape again"));
+        return decoded.map(Cow::Owned).ok_or_else(problem);
+    }
+    let name = percent_decoded(uri);
+    if name.contains("://") || Path::new(&name).is_absolute() {
+        let problem =
+            format!("its buffer {} lies elsewhere; save it beside the file or embed it", quoted(uri));
+        return Err(Fault::whole(problem));
+    }
+    let problem = |e| Fault::whole(format!("it needs a second file, its buffer: {e}"));
+    content(&folder.join(name)).map(Cow::Owned).map_err(problem)
+}
+
+/// Bytes from base64, with or without its padding; `None` where it isn't that.
+fn base64(text: &[u8]) -> Option<Vec<u8>> {
+    let digits = text.iter().position(|&c| c == b'=').map_or(text, |end| &text[..end]);
+    let mut bytes = Vec::with_capacity(digits.len() / 4 * 3 + 2);
+    for group in digits.chunks(4) {
+        let mut bits = 0u32;
+        for &c in group {
+            let six = match c {
+                b'A'..=b'Z' => c - b'A',
+                b'a'..=b'z' => c - b'a' + 26,
+                b'0'..=b'9' => c - b'0' + 52,
+                b'+' | b'-' => 62,
+                b'/' | b'_' => 63,
+                _ => return None,
+            };
+            bits = bits << 6 | u32::from(six);
+        }
+        let missing = 4 - group.len();
+        let whole = (bits << (6 * missing)).to_be_bytes();
+        bytes.extend_from_slice(&whole[1..4 - missing.min(3)]);
+    }
+    Some(bytes)
+}
+
+/// `a%20b` becomes `a b`.
+fn percent_decoded(uri: &str) -> String {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let [first, tail @ ..] = rest {
+        let hex = |c: u8| char::from(c).to_digit(16);
+        (bytes, rest) = match (first, tail) {
+            (b'%', [high, low, tail @ ..]) if hex(*high).is_some() && hex(*low).is_some() => {
+                let byte = hex(*high).unwrap_or_default() * 16 + hex(*low).unwrap_or_default();
+                bytes.push(byte as u8);
+                (bytes, tail)
+            }
+            _ => {
+                bytes.push(*first);
+                (bytes, tail)
+            }
+        };
+    }
+    String::from_utf8_lossy(&bytes).into_owned()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_with_and_without_padding() {
+        for (text, bytes) in
+            [("", ""), ("Zg==", "f"), ("Zg", "f"), ("Zm8=", "fo"), ("Zm9v", "foo"), ("Zm9vYg==", "foob")]
+        {
+            assert_eq!(base64(text.as_bytes()).as_deref(), Some(bytes.as_bytes()), "{text}");
+        }
+        assert_eq!(base64(b"-_+/"), Some(vec![0xfb, 0xff, 0xbf]));
+        assert_eq!(base64(b"Zm 9"), None);
+    }
+
+    #[test]
+    fn percent_signs_are_decoded() {
+        assert_eq!(percent_decoded("a%20b%C3%BC.bin"), "a bü.bin");
+        assert_eq!(percent_decoded("100%"), "100%");
+        assert_eq!(percent_decoded("%zz%4"), "%zz%4");
+    }
+}

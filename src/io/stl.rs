@@ -1,0 +1,192 @@
+//! STL, binary and ASCII: loose triangles. Corners at the same place become
+//! one vertex.
+//!
+//! Files lie in both directions: binary ones begin with `solid`, and counts
+//! promise what isn't there. So the length decides what is binary, and a count
+//! is checked before anything is set aside for it.
+
+use std::collections::HashMap;
+
+use nalgebra::Point3;
+
+use super::error::Fault;
+use super::raw::Raw;
+use super::text::{decode, lines, number, quoted};
+
+/// Bytes before the first triangle of a binary file: 80 of header, 4 of count.
+const HEADER: usize = 84;
+/// Bytes of a triangle: normal, three corners, and two for attributes.
+const TRIANGLE: usize = 50;
+
+/// The number of triangles that a binary file announces.
+fn announced(bytes: &[u8]) -> Option<u64> {
+    let count = bytes.get(80..HEADER)?;
+    Some(u64::from(u32::from_le_bytes([count[0], count[1], count[2], count[3]])))
+}
+
+/// Whether the length is exactly that of a binary STL with as many triangles
+/// as it announces.
+pub(super) fn is_binary(bytes: &[u8]) -> bool {
+    announced(bytes).is_some_and(|n| bytes.len() as u64 == HEADER as u64 + TRIANGLE as u64 * n)
+}
+
+/// Whether a text begins as an ASCII STL does.
+pub(super) fn is_ascii(text: &str) -> bool {
+    let mut words = text.split_ascii_whitespace().map(str::to_ascii_lowercase);
+    words.next().is_some_and(|w| w == "solid") && words.any(|w| w == "facet" || w == "endsolid")
+}
+
+pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
+    // A text has no zeros; a binary STL has them in its count, at the latest.
+    let is_text = !is_binary(bytes) && !bytes.contains(&0);
+    let is_utf16 = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
+    let raw = if is_text || is_utf16 { ascii(&decode(bytes)) } else { binary(bytes) }?;
+    if raw.triangles.is_empty() {
+        return Err(Fault::whole("it has no triangles; export the shape again"));
+    }
+    Ok(raw)
+}
+
+/// Triangles whose corners at the same place are one vertex, in order of their
+/// first appearance.
+#[derive(Debug, Default)]
+struct Soup {
+    raw: Raw,
+    index_of: HashMap<[u64; 3], u32>,
+}
+
+impl Soup {
+    fn add(&mut self, corners: [[f64; 3]; 3]) -> Result<(), Fault> {
+        // Adding zero makes both zeros one place.
+        let mut triangle = [0; 3];
+        for (index, corner) in triangle.iter_mut().zip(corners) {
+            let next = u32::try_from(self.raw.points.len())
+                .map_err(|_| Fault::whole("it has more vertices than can be counted; thin the mesh out"))?;
+            *index = *self.index_of.entry(corner.map(|c| (c + 0.0).to_bits())).or_insert(next);
+            if *index == next {
+                self.raw.points.push(Point3::from(corner));
+            }
+        }
+        self.raw.triangles.push(triangle);
+        Ok(())
+    }
+}
+
+fn binary(bytes: &[u8]) -> Result<Raw, Fault> {
+    let cut = "the file may have been cut short";
+    let Some(count) = announced(bytes) else {
+        return Err(Fault::at_byte(bytes.len(), format!("the header of a binary STL ends here; {cut}")));
+    };
+    let room = (bytes.len() - HEADER) / TRIANGLE;
+    if count > room as u64 {
+        let problem =
+            format!("the header announces {count} triangles, but there is room for {room} at most; {cut}");
+        return Err(Fault::at_byte(80, problem));
+    }
+    let mut soup = Soup::default();
+    soup.raw.triangles.reserve_exact(count as usize);
+    for triangle in bytes[HEADER..].chunks_exact(TRIANGLE).take(count as usize) {
+        let value = |at: usize| {
+            f64::from(f32::from_le_bytes([
+                triangle[at],
+                triangle[at + 1],
+                triangle[at + 2],
+                triangle[at + 3],
+            ]))
+        };
+        soup.add([0, 1, 2].map(|corner| [0, 1, 2].map(|axis| value(12 + 12 * corner + 4 * axis))))?;
+    }
+    if is_binary(bytes) || count == 0 {
+        return Ok(soup.raw);
+    }
+    let surplus = bytes.len() - HEADER - TRIANGLE * count as usize;
+    soup.raw.notes.push(format!("{surplus} bytes after the {count} announced triangles were left out"));
+    Ok(soup.raw)
+}
+
+/// Words in any layout: what matters is `vertex` with its numbers, and where a
+/// facet ends.
+fn ascii(text: &str) -> Result<Raw, Fault> {
+    let mut soup = Soup::default();
+    let mut corners: Vec<[f64; 3]> = Vec::new();
+    let (mut has_begun, mut is_open, mut last) = (false, false, 1);
+    // Numbers may stand on the next line, so that a word is told to those who wait.
+    let mut missing: Vec<f64> = Vec::new();
+    let mut wanted = Wanted::Keyword;
+    for (line_number, line) in lines(text) {
+        for word in line.split_whitespace() {
+            last = line_number;
+            match wanted {
+                Wanted::Keyword => {}
+                Wanted::Normal(left) => {
+                    wanted = if left > 1 { Wanted::Normal(left - 1) } else { Wanted::Keyword };
+                    continue;
+                }
+                Wanted::Corner => {
+                    missing.push(number(word).ok_or_else(|| {
+                        Fault::at_line(line_number, format!("{} is not a number", quoted(word)))
+                    })?);
+                    if let [x, y, z] = missing[..] {
+                        corners.push([x, y, z]);
+                        missing.clear();
+                        wanted = Wanted::Keyword;
+                    }
+                    continue;
+                }
+            }
+            match word.to_ascii_lowercase().as_str() {
+                // A name may be any text, or none.
+                "solid" => {
+                    (has_begun, is_open) = (true, true);
+                    break;
+                }
+                "endsolid" => {
+                    is_open = false;
+                    break;
+                }
+                "normal" if has_begun => wanted = Wanted::Normal(3),
+                "vertex" if has_begun => wanted = Wanted::Corner,
+                "facet" | "outer" | "loop" if has_begun => {}
+                "endloop" | "endfacet" if has_begun => facet(&mut soup, &mut corners, line_number)?,
+                "color" | "#" if has_begun => break,
+                _ => {
+                    let problem = format!("{} has no place in an STL mesh", quoted(word));
+                    return Err(Fault::at_line(line_number, problem));
+                }
+            }
+        }
+    }
+    if !corners.is_empty() || wanted != Wanted::Keyword {
+        return Err(Fault::at_line(last, "a facet is not finished; the file may have been cut short"));
+    }
+    if is_open {
+        soup.raw.notes.push("the file has no endsolid and may have been cut short".to_owned());
+    }
+    Ok(soup.raw)
+}
+
+/// What the next word of an ASCII file must be.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Wanted {
+    Keyword,
+    /// Any word: so many of a normal are left.
+    Normal(u8),
+    /// A coordinate of a corner.
+    Corner,
+}
+
+/// Closes a facet: a polygon is a fan around its first corner.
+fn facet(soup: &mut Soup, corners: &mut Vec<[f64; 3]>, line: usize) -> Result<(), Fault> {
+    match corners[..] {
+        // `endfacet` after `endloop`.
+        [] => {}
+        [_] | [_, _] => return Err(Fault::at_line(line, "a facet needs three corners")),
+        [first, ref rest @ ..] => {
+            for pair in rest.windows(2) {
+                soup.add([first, pair[0], pair[1]])?;
+            }
+        }
+    }
+    corners.clear();
+    Ok(())
+}

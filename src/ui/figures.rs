@@ -1,0 +1,119 @@
+//! The figures of the present state against the shape: those of `evaluate`.
+
+use egui::{Label, RichText, Ui};
+
+use super::theme::Palette;
+use super::widgets::count;
+use crate::geometry::metrics::Metrics;
+use crate::session::Session;
+
+/// Width that a figure needs at least.
+const CELL: f32 = 72.0;
+
+/// A figure's name, its value and what it means.
+struct Figure {
+    name: &'static str,
+    value: String,
+    meaning: String,
+}
+
+pub(super) fn show(ui: &mut Ui, session: &Session) {
+    let figures = figures(session);
+    // All in one row, or in two of the same length.
+    let width = ui.available_width();
+    let columns =
+        if width >= CELL * figures.len() as f32 { figures.len() } else { figures.len().div_ceil(2) };
+    let weak = Palette::of(ui).weak;
+    for row in figures.chunks(columns) {
+        ui.columns(columns, |cells| {
+            for (cell, figure) in cells.iter_mut().zip(row) {
+                cell.spacing_mut().item_spacing.y = 0.0;
+                cell.add(Label::new(RichText::new(figure.name).small().color(weak)).truncate())
+                    .on_hover_text(&figure.meaning);
+                cell.add(Label::new(&figure.value).truncate()).on_hover_text(&figure.meaning);
+            }
+        });
+    }
+    if let Some(remark) = remark(session) {
+        ui.add(Label::new(RichText::new(&remark).small().color(weak)).truncate()).on_hover_text(&remark);
+    }
+}
+
+fn figures(session: &Session) -> Vec<Figure> {
+    let metrics = metrics(session);
+    let unknown = if session.is_measuring() { "…" } else { "–" };
+    let waits = if session.is_measuring() {
+        "It is being measured"
+    } else {
+        "Measured when the run is finished, paused or stepped"
+    };
+    let measured = |name, value: Option<f64>, digits: usize, meaning: String| Figure {
+        name,
+        value: match (metrics, value) {
+            (None, _) => unknown.to_owned(),
+            (_, Some(value)) => format!("{value:.digits$}"),
+            (_, None) => "–".to_owned(),
+        },
+        meaning: if metrics.is_some() { meaning } else { format!("{meaning}\n{waits}") },
+    };
+    let unit = "Lengths are in units of the longest edge of the input's box";
+    let mut overlap = "Intersection over union: the volume that primitives and input share, over the volume of \
+                       both together; 1 is perfect. The inside of a mesh is where its winding number is above ½"
+        .to_owned();
+    if let Some(metrics) = metrics {
+        overlap +=
+            &metrics.iou_error.map_or_else(String::new, |error| format!("\nStandard error {error:.3}"));
+        overlap += &metrics
+            .iou_outside
+            .map_or_else(String::new, |iou| format!("\nAgainst the input with its hollows filled {iou:.3}"));
+    }
+    let state = session.snapshot.as_ref().map(|s| &s.abstraction);
+    let share = state.map(|a| 100.0 * a.figures.unassigned as f64 / a.labels.len().max(1) as f64);
+    vec![
+        measured(
+            "Chamfer-L1",
+            metrics.and_then(|m| m.chamfer_l1),
+            5,
+            format!("Mean of accuracy and completeness: how far primitives and input are apart. {unit}"),
+        ),
+        measured(
+            "Accuracy",
+            metrics.and_then(|m| m.accuracy),
+            5,
+            format!("Mean distance from the surface of the primitives' union to the input. {unit}"),
+        ),
+        measured(
+            "Completeness",
+            metrics.and_then(|m| m.completeness),
+            5,
+            format!("Mean distance from the input to the surface of the primitives' union. {unit}"),
+        ),
+        measured("IoU", metrics.and_then(|m| m.iou), 3, overlap),
+        Figure {
+            name: "Primitives",
+            value: state.map_or_else(|| "–".to_owned(), |a| count(a.primitives.len())),
+            meaning: "Number of primitives in the present state".to_owned(),
+        },
+        Figure {
+            name: "Unassigned",
+            value: share.map_or_else(|| "–".to_owned(), |share| format!("{share:.1} %")),
+            meaning: "Share of the samples that belong to no primitive".to_owned(),
+        },
+    ]
+}
+
+fn metrics(session: &Session) -> Option<&Metrics> {
+    session.measurement().and_then(|m| m.result.as_ref().ok())
+}
+
+/// Why a figure is missing, where no tooltip should have to be looked for.
+fn remark(session: &Session) -> Option<String> {
+    match &session.measurement()?.result {
+        Err(why) => Some(format!("Not measured: {why}")),
+        Ok(metrics) => {
+            let why = metrics.iou_missing.as_ref()?;
+            let filled = metrics.iou_outside.map(|iou| format!("; with its hollows filled {iou:.3}"));
+            Some(format!("No IoU: {why}{}", filled.unwrap_or_default()))
+        }
+    }
+}
