@@ -195,7 +195,8 @@ fn dense_clumps_and_far_outliers_are_no_trap() {
     assert!(cloud.points.iter().filter(|p| p.coords.norm() > 1.0).count() > 290);
     let cloud = sample_cloud(&input, &options(1000, 1)).unwrap();
     let isolated = cloud.part.isolated();
-    assert!(cloud.points.len() == 1000 && (300..=303).contains(&isolated), "{isolated} are isolated");
+    // But for a few that see the others in one plane, and with a few of the clump.
+    assert!(cloud.points.len() == 1000 && (285..=303).contains(&isolated), "{isolated} are isolated");
 
     // One point so far out that the others are one spot next to it.
     let mut input = random_points(5000, 4);
