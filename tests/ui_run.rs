@@ -258,4 +258,7 @@ fn a_cloud_says_why_it_has_no_volume() {
     let mut driver = Driver::start(options(Source::File(cloud)), [1280.0, 800.0]);
     driver.until(|session| session.measurement().is_some());
     assert!(driver.shows("No IoU: the reference is a cloud"));
+    driver.press("Reset");
+    driver.settle();
+    assert!(driver.shows("No IoU: the reference is a cloud"), "that is so in any state");
 }
