@@ -22,7 +22,7 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
 
 use crate::geometry::metrics::MetricOptions;
-use crate::geometry::{SamplingOptions, Surface};
+use crate::geometry::{Isolated, SamplingOptions, Surface};
 use crate::inference::{MergeRule, Method, Params, Setting};
 use crate::worker::Source;
 
@@ -130,12 +130,15 @@ struct SettingsArgs {
     /// How to abstract the shape; the other options tune what the method reads
     #[arg(long, visible_alias = "preset", value_name = "NAME", value_parser = methods(), default_value = "default")]
     method: Method,
-    /// Number of samples N, from 100 to 200000 [default: 3500]
+    /// Number of samples N, from 100 to 200000 [default: 5500]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     points: Option<usize>,
     /// Part of a mesh that is sampled
     #[arg(long, value_enum, default_value_t = SurfaceChoice::Outside)]
     surface: SurfaceChoice,
+    /// What becomes of the isolated points of a cloud
+    #[arg(long, value_enum, default_value_t = IsolatedChoice::LeaveOut)]
+    isolated: IsolatedChoice,
     /// Seed of all random draws, a whole number: the same seed gives the same
     /// result [default: 1]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = whole::<u64>)]
@@ -186,6 +189,14 @@ enum SurfaceChoice {
     All,
 }
 
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum IsolatedChoice {
+    /// They are outliers: no primitive is made for them
+    LeaveOut,
+    /// They are points like the others
+    Keep,
+}
+
 impl SettingsArgs {
     fn resolve(&self) -> Result<(SamplingOptions, Params), String> {
         let mut sampling = SamplingOptions::default();
@@ -194,6 +205,10 @@ impl SettingsArgs {
         sampling.surface = match self.surface {
             SurfaceChoice::Outside => Surface::Outside,
             SurfaceChoice::All => Surface::All,
+        };
+        sampling.isolated = match self.isolated {
+            IsolatedChoice::LeaveOut => Isolated::LeaveOut,
+            IsolatedChoice::Keep => Isolated::Keep,
         };
         if let Some(seed) = self.seed {
             (sampling.seed, params.seed) = (seed, seed);
@@ -386,11 +401,16 @@ mod tests {
             "--no-merge",
             "--surface",
             "all",
+            "--isolated",
+            "keep",
         ]) else {
             panic!("not a run")
         };
         assert_eq!(job.source, Source::File("in.obj".into()));
-        assert_eq!(job.sampling, SamplingOptions { points: 500, seed: 42, surface: Surface::All });
+        assert_eq!(
+            job.sampling,
+            SamplingOptions { points: 500, seed: 42, surface: Surface::All, isolated: Isolated::Keep }
+        );
         let expected = Params {
             alpha: 2.0,
             p0: 0.2,

@@ -328,3 +328,31 @@ fn an_interrupted_run_leaves_nothing() {
     assert!(rest.contains("nothing was written"), "{rest}");
     assert!(!folder.path().join("out").exists());
 }
+
+#[test]
+fn the_report_tells_how_many_points_of_a_cloud_were_left_out() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut text: String = (0..900).map(|i| format!("{} {} 0\n", i % 30, i / 30)).collect();
+    // Nine points far above the square, in a place of their own each.
+    text.extend((0..9).map(|i| format!("{} {} {}\n", 10 * (i % 3), 10 * (i / 3), 12 + 7 * (i % 2))));
+    fs::write(folder.path().join("in.xyz"), text).unwrap();
+    let run = |out: &str, more: &[&str]| {
+        let args = [&["run", "in.xyz", "-o", out], &QUICK[..], more].concat();
+        let output = superform(folder.path(), &args);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let out = folder.path().join(out);
+        let of_strays = labels(&out.join("segmented.ply")).split_off(900);
+        let summary = String::from_utf8(output.stdout).unwrap();
+        (summary, json(&out.join("report.json"))["isolated"].clone(), of_strays)
+    };
+    let (summary, isolated, labels) = run("out", &[]);
+    assert!(summary.contains("9 of 909 points are isolated"), "{summary}");
+    assert_eq!(isolated["asked_for"], "leave-out");
+    assert_eq!((&isolated["points_left_out"], &isolated["points_unlabelled"]), (&9.into(), &9.into()));
+    assert_eq!(labels, [-1; 9]);
+
+    let (summary, isolated, labels) = run("all", &["--isolated", "keep"]);
+    assert!(!summary.contains("left out"), "{summary}");
+    assert_eq!((&isolated["asked_for"], &isolated["points_left_out"]), (&"keep".into(), &0.into()));
+    assert_eq!(labels.len(), 9);
+}

@@ -341,7 +341,7 @@ fn the_built_in_shape_is_a_chair() {
     assert!(shape.notes.is_empty());
     let ShapeGeometry::Mesh(chair) = &shape.geometry else { panic!("a cloud") };
     assert_eq!(chair.faces.len(), 1912);
-    assert_eq!(io::sample(&shape, &Default::default()).unwrap().points.len(), 3500);
+    assert_eq!(io::sample(&shape, &Default::default()).unwrap().points.len(), 5500);
 }
 
 /// Every file of the test shapes that can be read, against what is known of

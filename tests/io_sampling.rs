@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use superform::geometry::neighbors::KdTree;
 use superform::geometry::{
-    NO_SAMPLE, SampleCloud, SamplingError, SamplingOptions, TriMesh, sample_cloud, sample_mesh,
+    Isolated, NO_SAMPLE, SampleCloud, SamplingError, SamplingOptions, TriMesh, sample_cloud, sample_mesh,
 };
 
 fn options(points: usize, seed: u64) -> SamplingOptions {
@@ -188,10 +188,14 @@ fn dense_clumps_and_far_outliers_are_no_trap() {
     // All but 300 points lie in a cube a hundred-millionth of the box across.
     let mut input: Vec<_> = random_points(30_000, 2).iter().map(|p| Point3::from(p.coords * 1e-5)).collect();
     input.extend(random_points(300, 3).iter().map(|p| Point3::from(p.coords * 1e3)));
-    let cloud = sample_cloud(&input, &options(1000, 1)).unwrap();
+    let keep = SamplingOptions { isolated: Isolated::Keep, ..options(1000, 1) };
+    let cloud = sample_cloud(&input, &keep).unwrap();
     assert_eq!(cloud.points.len(), 1000);
-    // The far points are rare and far apart: all of them stay.
+    // The far points are rare and far apart: all of them stay, if they may.
     assert!(cloud.points.iter().filter(|p| p.coords.norm() > 1.0).count() > 290);
+    let cloud = sample_cloud(&input, &options(1000, 1)).unwrap();
+    let isolated = cloud.part.isolated();
+    assert!(cloud.points.len() == 1000 && (300..=303).contains(&isolated), "{isolated} are isolated");
 
     // One point so far out that the others are one spot next to it.
     let mut input = random_points(5000, 4);

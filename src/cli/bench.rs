@@ -78,7 +78,7 @@ pub(super) struct BenchArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Settings of all methods that read them")]
 struct Changes {
-    /// Number of samples that a shape is reduced to [default: 3500]
+    /// Number of samples that a shape is reduced to [default: 5500]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     points: Option<usize>,
     /// Concentration α
@@ -309,7 +309,7 @@ impl BenchJob {
                         SamplingOptions { points: self.points, seed, ..SamplingOptions::default() };
                     let settings = serde_json::to_vec(&(
                         (&shape.name, method.name(), params),
-                        (sampling.points, sampling.seed, sampling.surface, self.metrics),
+                        (sampling.points, sampling.seed, sampling.surface, sampling.isolated, self.metrics),
                     ))?;
                     let key = fingerprint(&[
                         program.as_bytes(),

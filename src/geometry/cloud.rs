@@ -2,8 +2,8 @@
 
 use nalgebra::Point3;
 
-/// Marks an input point that no sample stands for (it had a coordinate that
-/// was not finite).
+/// Marks an input point that no sample stands for: it had a coordinate that
+/// was not finite, or it is an outlier.
 pub const NO_SAMPLE: u32 = u32::MAX;
 
 /// Points on the shape's surface, evenly spread, in the input's units.
@@ -25,9 +25,18 @@ pub struct SampleCloud {
 /// What of a shape is sampled.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum SampledPart {
-    /// All of it, as was asked for, or because it is a cloud.
+    /// All of it, as was asked for, or because there is nothing to leave out.
     #[default]
     Whole,
+    /// The points of a cloud that are connected with others.
+    Connected {
+        /// Number of finite points in the cloud.
+        points: usize,
+        /// How many of them are isolated and were left out.
+        isolated: usize,
+        /// How many of these no sample stands for, since they are far from all.
+        unlabelled: usize,
+    },
     /// The part of a mesh's surface that can be seen from outside.
     Outside {
         /// Share of the area that can't, in [0, 1]: an estimate from the
@@ -44,7 +53,15 @@ impl SampledPart {
     pub fn left_out(&self) -> f64 {
         match self {
             Self::Outside { left_out } => *left_out,
-            Self::Whole | Self::WholeAsHidden => 0.0,
+            Self::Whole | Self::Connected { .. } | Self::WholeAsHidden => 0.0,
+        }
+    }
+
+    /// Number of points of a cloud that were left out as isolated.
+    pub fn isolated(&self) -> usize {
+        match self {
+            Self::Connected { isolated, .. } => *isolated,
+            Self::Whole | Self::Outside { .. } | Self::WholeAsHidden => 0,
         }
     }
 
@@ -55,12 +72,30 @@ impl SampledPart {
                 "{:.0} % of the surface can't be seen from outside and was left out",
                 100.0 * left_out
             )),
+            Self::Connected { points, isolated, .. } => Some(format!(
+                "{} of {} points are isolated, outliers, and were left out",
+                grouped(*isolated),
+                grouped(*points)
+            )),
             Self::WholeAsHidden => Some(
                 "hardly any of the surface can be seen from outside, so all of it was sampled".to_owned(),
             ),
             Self::Whole | Self::Outside { .. } => None,
         }
     }
+}
+
+/// A number with its thousands grouped: `12,345`.
+pub(crate) fn grouped(count: usize) -> String {
+    let digits = count.to_string();
+    let mut text = String::with_capacity(digits.len() * 4 / 3);
+    for (i, digit) in digits.chars().enumerate() {
+        if i > 0 && (digits.len() - i).is_multiple_of(3) {
+            text.push(',');
+        }
+        text.push(digit);
+    }
+    text
 }
 
 impl SampleCloud {

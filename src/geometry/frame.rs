@@ -1,11 +1,14 @@
-//! The frame in which shapes of any size and place are computed alike.
+//! The frames in which shapes of any size and place are computed alike.
 
 use nalgebra::{Point3, Vector3};
 
 use super::mesh::bounds;
 
-/// The shape's box, centred, its longest edge 2. Far offsets and extreme units
-/// cost no precision there.
+/// Coordinates beyond this are cut off: their squares would overflow.
+const FARTHEST: f64 = 1e120;
+
+/// A place and a size that become 0 and 1. Far offsets and extreme units cost no
+/// precision there.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Frame {
     center: Vector3<f64>,
@@ -13,6 +16,7 @@ pub(super) struct Frame {
 }
 
 impl Frame {
+    /// The shape's box, centred, its longest edge 2.
     pub(super) fn around(points: impl IntoIterator<Item = Point3<f64>>) -> Self {
         let (lo, hi) = bounds(points).unwrap_or((Point3::origin(), Point3::origin()));
         // Halved before they are added: sums near the largest number overflow.
@@ -21,8 +25,29 @@ impl Frame {
         Self { center: lo + hi, half_extent: if half_extent > 0.0 { half_extent } else { 1.0 } }
     }
 
+    /// Centred on the medians of the coordinates, in units of their median
+    /// distance from there along the axis where that is largest. A few points,
+    /// however far, do not change it. As [`Frame::around`] where half of the
+    /// points share a place.
+    pub(super) fn amid(points: &[Point3<f64>]) -> Self {
+        let median = |mut values: Vec<f64>| {
+            let middle = values.len() / 2;
+            if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
+        };
+        let center = Vector3::from_fn(|axis, _| median(points.iter().map(|p| p[axis]).collect()));
+        let spread = Vector3::from_fn(|axis, _| {
+            median(points.iter().map(|p| (p[axis] - center[axis]).abs()).collect())
+        });
+        let half_extent = spread.max();
+        if half_extent > 0.0 && half_extent.is_finite() {
+            Self { center, half_extent }
+        } else {
+            Self::around(points.iter().copied())
+        }
+    }
+
     pub(super) fn local(&self, p: &Point3<f64>) -> Point3<f64> {
-        Point3::from((p.coords - self.center) / self.half_extent)
+        Point3::from(((p.coords - self.center) / self.half_extent).map(|c| c.clamp(-FARTHEST, FARTHEST)))
     }
 
     pub(super) fn input(&self, p: &Point3<f64>) -> Point3<f64> {

@@ -287,6 +287,25 @@ fn first_order_pass(c: &Coefficients, x: &[f64], y: &[f64], z: &[f64], out: &mut
     }
 }
 
+/// The first-order distances |r|/|∇r|, each at least the way to the body's box:
+/// [`Superquadric::first_order_distance`] of a block.
+pub fn euclidean_distances(shape: &Superquadric, points: &PointBlock, out: &mut Vec<f64>) {
+    out.resize(points.len(), 0.0);
+    let c = Coefficients::new(shape);
+    euclidean_pass(&c, shape.reach().into(), &points.x, &points.y, &points.z, out);
+}
+
+#[multiversion(targets("x86_64+avx2", "aarch64+neon"))]
+fn euclidean_pass(c: &Coefficients, reach: [f64; 3], x: &[f64], y: &[f64], z: &[f64], out: &mut [f64]) {
+    for (((o, &x), &y), &z) in out.iter_mut().zip(x).zip(y).zip(z) {
+        let p = local(c, x, y, z);
+        let (r, g, _) = derivatives(c, p);
+        let over: [f64; 3] = std::array::from_fn(|i| (p[i].abs() - reach[i]).max(0.0));
+        let beyond = (over[0] * over[0] + over[1] * over[1] + over[2] * over[2]).sqrt();
+        *o = (r * weight(Distance::FirstOrder, g)).abs().max(beyond);
+    }
+}
+
 /// Replaces each signed distance d by `factor·exp(−d²/(2σ²))`.
 pub fn gaussian(distances: &mut [f64], factor: f64, sigma: f64) {
     gaussian_pass(distances, factor, -0.5 / (sigma * sigma));

@@ -4,6 +4,7 @@
 pub mod cloud;
 mod elimination;
 mod frame;
+mod isolated;
 pub mod kernel;
 pub mod mesh;
 pub mod metrics;
@@ -17,5 +18,5 @@ pub mod tessellate;
 
 pub use cloud::{NO_SAMPLE, SampleCloud, SampledPart};
 pub use mesh::TriMesh;
-pub use sampling::{SamplingError, SamplingOptions, Surface, sample_cloud, sample_mesh};
+pub use sampling::{Isolated, SamplingError, SamplingOptions, Surface, sample_cloud, sample_mesh};
 pub use superquadric::Superquadric;

@@ -17,6 +17,7 @@ use rayon::prelude::*;
 use super::cloud::{NO_SAMPLE, SampleCloud, SampledPart};
 use super::elimination::eliminate;
 use super::frame::Frame;
+use super::isolated::{IsolatedPoints, find_isolated};
 use super::mesh::{TriMesh, has_area};
 use super::morton::{Level, MortonOrder};
 use super::neighbors::KdTree;
@@ -47,6 +48,8 @@ pub struct SamplingOptions {
     pub seed: u64,
     /// Which part of a mesh is sampled. Of no matter for a cloud.
     pub surface: Surface,
+    /// What becomes of isolated points of a cloud. Of no matter for a mesh.
+    pub isolated: Isolated,
 }
 
 /// Which part of a mesh's surface is sampled.
@@ -61,9 +64,25 @@ pub enum Surface {
     All,
 }
 
+/// What becomes of a cloud's isolated points: those whose connected component
+/// at radius 2·s̄ has no more than 20 places, s̄ being the mean distance to the 5
+/// nearest neighbours. Components that lie on a sheet of such are no outliers,
+/// but a sparse part of the surface, and do not count as isolated.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Isolated {
+    /// They are no samples. Those within 3·s̄ of the others are mapped to the
+    /// nearest sample all the same. Where more than half of the cloud is
+    /// isolated, or it has no more than 200 places, nothing is left out.
+    #[default]
+    LeaveOut,
+    /// They are points like the others.
+    Keep,
+}
+
 impl Default for SamplingOptions {
     fn default() -> Self {
-        Self { points: 3500, seed: 1, surface: Surface::Outside }
+        Self { points: 5500, seed: 1, surface: Surface::default(), isolated: Isolated::default() }
     }
 }
 
@@ -120,85 +139,104 @@ pub fn sample_mesh(mesh: &TriMesh, options: &SamplingOptions) -> Result<SampleCl
 }
 
 /// Takes a cloud of up to `options.points` distinct points as it is, and thins
-/// a larger one evenly to exactly that number. Every sample is a point of the
-/// input; each input point is mapped to its nearest sample, one that is not
-/// finite to [`NO_SAMPLE`].
+/// a larger one evenly to exactly that number, isolated points left out if
+/// `options.isolated` says so; [`SampleCloud::part`] tells how many. Every
+/// sample is a point of the input; each input point is mapped to its nearest
+/// sample, one that is not finite, or isolated and far, to [`NO_SAMPLE`].
 ///
 /// # Errors
 /// [`SamplingError::NoPoints`] where no point is finite.
 pub fn sample_cloud(points: &[Point3<f64>], options: &SamplingOptions) -> Result<SampleCloud, SamplingError> {
-    let finite: Vec<u32> =
+    let mut members: Vec<u32> =
         (0u32..).zip(points).filter(|(_, p)| p.iter().all(|c| c.is_finite())).map(|(i, _)| i).collect();
-    if finite.is_empty() {
+    if members.is_empty() {
         return Err(SamplingError::NoPoints);
     }
-    let wanted = options.points.max(1);
-    if finite.len() <= wanted {
-        return Ok(distinct(points));
-    }
-    let frame = Frame::around(finite.iter().map(|&i| points[i as usize]));
-    let local: Vec<Point3<f64>> = finite.par_iter().map(|&i| frame.local(&points[i as usize])).collect();
-    let order = MortonOrder::new(&local);
-    let Some(spacing) = order.level_with(wanted) else {
-        return Ok(distinct_or_thinned(points, &finite, &local, &order));
+    let isolated = match options.isolated {
+        Isolated::LeaveOut => find_isolated(points, &members),
+        Isolated::Keep => IsolatedPoints::default(),
     };
-    let fine = order.level_with(wanted.saturating_mul(THINNED_PER_SAMPLE)).unwrap_or(Level::FINEST);
-    let depth = fine.depth.min(spacing.depth + LEVELS_BELOW_SPACING);
-    let candidates = order.thinned(&local, depth);
-    let positions: Vec<Point3<f64>> = candidates.iter().map(|&i| local[i as usize]).collect();
-    let mut kept: Vec<u32> = eliminate(&positions, wanted, 0.5 * spacing.cell)
-        .into_iter()
-        .map(|i| candidates[i as usize])
-        .collect();
-    kept.sort_unstable();
-    Ok(mapped(points, &finite, &local, &kept))
+    if isolated.len() == 0 {
+        return Ok(sample_members(points, &members, options.points.max(1)));
+    }
+    let finite = members.len();
+    let mut is_out = vec![false; points.len()];
+    for &i in isolated.near.iter().chain(&isolated.far) {
+        is_out[i as usize] = true;
+    }
+    members.retain(|&i| !is_out[i as usize]);
+    let mut cloud = sample_members(points, &members, options.points.max(1));
+    map_to_nearest(&mut cloud, points, &isolated.near);
+    cloud.part =
+        SampledPart::Connected { points: finite, isolated: isolated.len(), unlabelled: isolated.far.len() };
+    Ok(cloud)
 }
 
-/// A cloud in which fewer cells are occupied at the finest level than samples
-/// are wanted: all that can be told apart becomes a sample.
-fn distinct_or_thinned(
-    points: &[Point3<f64>],
-    finite: &[u32],
-    local: &[Point3<f64>],
-    order: &MortonOrder,
-) -> SampleCloud {
-    let mut kept = order.thinned(local, Level::FINEST.depth);
+/// Samples those of the points that `members` names; the others get none.
+fn sample_members(points: &[Point3<f64>], members: &[u32], wanted: usize) -> SampleCloud {
+    if members.len() <= wanted {
+        return distinct(points, members);
+    }
+    let frame = Frame::around(members.iter().map(|&i| points[i as usize]));
+    let local: Vec<Point3<f64>> = members.par_iter().map(|&i| frame.local(&points[i as usize])).collect();
+    let order = MortonOrder::new(&local);
+    let mut kept = match order.level_with(wanted) {
+        Some(spacing) => {
+            let fine = order.level_with(wanted.saturating_mul(THINNED_PER_SAMPLE)).unwrap_or(Level::FINEST);
+            let depth = fine.depth.min(spacing.depth + LEVELS_BELOW_SPACING);
+            let candidates = order.thinned(&local, depth);
+            let positions: Vec<Point3<f64>> = candidates.iter().map(|&i| local[i as usize]).collect();
+            let eliminated = eliminate(&positions, wanted, 0.5 * spacing.cell);
+            eliminated.into_iter().map(|i| candidates[i as usize]).collect()
+        }
+        // Fewer cells are occupied at the finest level than samples are wanted:
+        // all that can be told apart becomes a sample.
+        None => order.thinned(&local, Level::FINEST.depth),
+    };
     kept.sort_unstable();
-    mapped(points, finite, local, &kept)
+    mapped(points, members, &local, &kept)
 }
 
-/// The cloud of the kept points, each finite point mapped to the nearest.
-/// `kept` indexes `finite` and `local`, ascending.
-fn mapped(points: &[Point3<f64>], finite: &[u32], local: &[Point3<f64>], kept: &[u32]) -> SampleCloud {
+/// The cloud of the kept points, each member mapped to the nearest. `kept`
+/// indexes `members` and `local`, ascending.
+fn mapped(points: &[Point3<f64>], members: &[u32], local: &[Point3<f64>], kept: &[u32]) -> SampleCloud {
     let positions: Vec<Point3<f64>> = kept.iter().map(|&i| local[i as usize]).collect();
     let tree = KdTree::new(&positions);
     let nearest: Vec<u32> =
         local.par_iter().map(|p| tree.nearest_one(p).map_or(NO_SAMPLE, |(_, i)| i)).collect();
     let mut sample_of_input = vec![NO_SAMPLE; points.len()];
-    for (&i, sample) in finite.iter().zip(nearest) {
+    for (&i, sample) in members.iter().zip(nearest) {
         sample_of_input[i as usize] = sample;
     }
-    let points = kept.iter().map(|&k| points[finite[k as usize] as usize]).collect();
+    let points = kept.iter().map(|&k| points[members[k as usize] as usize]).collect();
     SampleCloud { points, sample_of_input: Some(sample_of_input), part: SampledPart::Whole }
 }
 
-/// Every distinct point becomes a sample, in order of first appearance.
-fn distinct(points: &[Point3<f64>]) -> SampleCloud {
-    let mut first: HashMap<[u64; 3], u32> = HashMap::with_capacity(points.len());
+/// Maps some points that are no samples to the nearest sample.
+fn map_to_nearest(cloud: &mut SampleCloud, points: &[Point3<f64>], chosen: &[u32]) {
+    let Some(sample_of_input) = &mut cloud.sample_of_input else { return };
+    let frame = Frame::around(cloud.points.iter().copied());
+    let tree = KdTree::new(&cloud.points.par_iter().map(|p| frame.local(p)).collect::<Vec<_>>());
+    for &i in chosen {
+        let nearest = tree.nearest_one(&frame.local(&points[i as usize]));
+        sample_of_input[i as usize] = nearest.map_or(NO_SAMPLE, |(_, sample)| sample);
+    }
+}
+
+/// Every distinct member becomes a sample, in order of first appearance.
+fn distinct(points: &[Point3<f64>], members: &[u32]) -> SampleCloud {
+    let mut first: HashMap<[u64; 3], u32> = HashMap::with_capacity(members.len());
     let mut kept: Vec<Point3<f64>> = Vec::new();
-    let sample_of_input = points
-        .iter()
-        .map(|p| {
-            if !p.iter().all(|c| c.is_finite()) {
-                return NO_SAMPLE;
-            }
-            // + 0.0 makes one zero of the two.
-            *first.entry([p.x, p.y, p.z].map(|c| (c + 0.0).to_bits())).or_insert_with(|| {
-                kept.push(*p);
-                (kept.len() - 1) as u32
-            })
-        })
-        .collect();
+    let mut sample_of_input = vec![NO_SAMPLE; points.len()];
+    for &i in members {
+        let p = points[i as usize];
+        // + 0.0 makes one zero of the two.
+        let place = [p.x, p.y, p.z].map(|c| (c + 0.0).to_bits());
+        sample_of_input[i as usize] = *first.entry(place).or_insert_with(|| {
+            kept.push(p);
+            (kept.len() - 1) as u32
+        });
+    }
     SampleCloud { points: kept, sample_of_input: Some(sample_of_input), part: SampledPart::Whole }
 }
 

@@ -92,7 +92,8 @@ pub enum Occurrence {
     Separated {
         id: u32,
     },
-    /// Cut in two at the end of the run, for `gain` nats of description length.
+    /// Cut in parts at the end of the run, which saves `gain` mean spacings of
+    /// error, the price of the parts counted.
     Cut {
         id: u32,
         gain: f64,

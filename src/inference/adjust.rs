@@ -21,8 +21,6 @@ const SEPARATE: (f64, f64) = (1e-3, 1e-2);
 pub(crate) const LATE_ITERATION: u32 = 15;
 /// Coverage under which a cluster is split.
 const SMALLEST_COVERAGE: f64 = 0.7;
-/// Coverage under which a primitive is a bridge, at the end of a run too.
-const BRIDGE_COVERAGE: f64 = 0.4;
 /// A surface sample is covered by a point within this many mean spacings.
 const COVER_RADIUS: f64 = 1.1;
 /// Surface samples of one coverage test at most.
@@ -30,7 +28,7 @@ const COVERAGE_SAMPLES: usize = 2000;
 
 /// The share of the primitive's surface, sampled at the mean spacing, that has
 /// one of `members` near by. A primitive that bridges empty space has little.
-pub(crate) fn coverage(model: &Model, shape: &Superquadric, members: &[u32]) -> f64 {
+fn coverage(model: &Model, shape: &Superquadric, members: &[u32]) -> f64 {
     let samples = tessellate::surface_samples(shape, model.spacing, COVERAGE_SAMPLES);
     if samples.is_empty() {
         return 0.0;
@@ -38,12 +36,6 @@ pub(crate) fn coverage(model: &Model, shape: &Superquadric, members: &[u32]) -> 
     let tree = KdTree::new(&model.gather(members));
     let covered = samples.iter().filter(|s| tree.any_within(&s.0, COVER_RADIUS * model.spacing)).count();
     covered as f64 / samples.len() as f64
-}
-
-/// Whether a primitive mostly spans empty space: no description of its points
-/// makes up for that.
-pub(crate) fn bridges(model: &Model, shape: &Superquadric, members: &[u32]) -> bool {
-    coverage(model, shape, members) < BRIDGE_COVERAGE
 }
 
 /// What the tests ask of one cluster.

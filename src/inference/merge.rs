@@ -1,5 +1,5 @@
 //! Merging: propose one primitive for the points of two clusters, and test
-//! it. Two rules: the authors' thresholds, and the description length.
+//! it. Two rules: the authors' thresholds, and the energy.
 
 use std::collections::BTreeSet;
 use std::collections::btree_map::{BTreeMap, Entry};
@@ -7,12 +7,13 @@ use std::collections::btree_map::{BTreeMap, Entry};
 use nalgebra::Vector3;
 use rayon::prelude::*;
 
-use super::abstraction::{MergeReport, UNASSIGNED};
-use super::adjust::{LATE_ITERATION, bridges};
+use super::abstraction::MergeReport;
+use super::adjust::LATE_ITERATION;
+use super::energy::{self, Assembly, Piece};
 use super::fit::{Effort, fit, sum_squared_radial};
 use super::params::{MergeRule, Params};
+use super::refine::{Layout, merge_reason};
 use super::sampler::Cancel;
-use super::score::describe;
 use super::state::State;
 use super::streams::{Purpose, stream};
 use crate::geometry::Superquadric;
@@ -24,18 +25,14 @@ const RELATIVE: f64 = 5e-3;
 /// Paper: mean d² under which a union is good, in the first pass and later.
 const MEAN_D2: (f64, f64) = (1e-3, 1e-2);
 
-/// A pair whose first rough fit costs this many nats a point more than the two
-/// alone is given up.
-const HOPELESS: f64 = 0.5;
-
 /// One primitive for two clusters.
 #[derive(Debug, Clone)]
 struct Proposal {
     shape: Superquadric,
     /// Σ d² of the union.
     sum_d2: f64,
-    /// What the merge gains: nats of description length, or 1 where the
-    /// paper's test says yes.
+    /// By how much the merge lowers the energy, or 1 where the paper's test says
+    /// yes.
     gain: f64,
     reason: String,
 }
@@ -62,7 +59,7 @@ pub(crate) fn merge_once(
     let members = state.members();
     let (a, b, proposal) = match params.merge {
         MergeRule::None => return None,
-        MergeRule::DescriptionLength => best_by_description(state, &members, cache, params, cancel)?,
+        MergeRule::Energy => best_by_energy(state, &members, cache, params, cancel)?,
         MergeRule::Paper => first_by_thresholds(state, &members, cache, params, cancel)?,
     };
     if cancel.is_requested() {
@@ -71,105 +68,54 @@ pub(crate) fn merge_once(
     Some(apply(state, params, a, b, proposal))
 }
 
-/// All pairs of clusters of which some points are neighbours, each with the
-/// smaller index first.
-fn neighbors(state: &State) -> Vec<(usize, usize)> {
-    let mut pairs = BTreeSet::new();
-    for (i, &a) in (0u32..).zip(&state.labels) {
-        if a == UNASSIGNED {
-            continue;
-        }
-        for &j in state.model.graph.of(i) {
-            let b = state.labels[j as usize];
-            if b != UNASSIGNED && a < b {
-                pairs.insert((a as usize, b as usize));
-            }
-        }
-    }
-    pairs.into_iter().collect()
-}
-
 fn union(members: &[Vec<u32>], a: usize, b: usize) -> Vec<u32> {
     let mut all: Vec<u32> = members[a].iter().chain(&members[b]).copied().collect();
     all.sort_unstable();
     all
 }
 
-/// The pair of neighbours whose merge shortens the description most.
-fn best_by_description(
+/// The pair of neighbours whose merge lowers the energy most. What a merge
+/// gains changes with its neighbours, too: a remembered gain says which pair to
+/// look at first, not whether it is merged.
+fn best_by_energy(
     state: &State,
     members: &[Vec<u32>],
     cache: &mut MergeCache,
     params: &Params,
     cancel: &Cancel,
 ) -> Option<(usize, usize, Proposal)> {
-    let pairs = neighbors(state);
-    let key = |a: usize, b: usize| (state.clusters[a].revision, state.clusters[b].revision);
     let model = &state.model;
-    let total = model.points.len();
+    let pieces = state.clusters.par_iter().map(|c| Piece::new(model, c.shape)).collect();
+    let assembly = Assembly::new(model, pieces);
+    let layout = Layout { model, params, cancel, assembly, members: members.to_vec() };
+    let before = layout.energy();
+    let key = |(a, b): (usize, usize)| (state.clusters[a].revision, state.clusters[b].revision);
+    let pairs = layout.neighbors();
     let missing: Vec<(usize, usize)> =
-        pairs.iter().copied().filter(|&(a, b)| !cache.0.contains_key(&key(a, b))).collect();
-    if !missing.is_empty() {
-        let alone: Vec<f64> = (0..members.len())
-            .into_par_iter()
-            .map(|j| {
-                let points = model.gather(&members[j]);
-                if points.is_empty() {
-                    return 0.0;
-                }
-                describe(&state.clusters[j].shape, &points, total, model.spacing, params.primitive_cost)
-                    .length
-            })
-            .collect();
-        let fitted: Vec<_> = missing
-            .par_iter()
-            .map(|&(a, b)| {
-                let both = union(members, a, b);
-                let points = model.gather(&both);
-                let warm = [state.clusters[a].shape, state.clusters[b].shape];
-                let glance =
-                    fit(&points, &warm, model.axis_floor(), Effort::GLANCE, params.fit_distance, cancel)?;
-                let rough =
-                    describe(&glance.shape, &points, total, model.spacing, params.primitive_cost).length;
-                if rough > alone[a] + alone[b] + HOPELESS * points.len() as f64 {
-                    return None;
-                }
-                let warm = [glance.shape];
-                let m =
-                    fit(&points, &warm, model.axis_floor(), Effort::THOROUGH, params.fit_distance, cancel)?;
-                if bridges(model, &m.shape, &both) {
-                    return None;
-                }
-                let together = describe(&m.shape, &points, total, model.spacing, params.primitive_cost);
-                let gain = alone[a] + alone[b] - together.length;
-                let reason = format!(
-                    "one primitive describes both {gain:.0} nats shorter (rms distance {:.3} mean spacings)",
-                    together.rms / model.spacing
-                );
-                (gain > 0.0).then_some(Proposal {
-                    shape: m.shape,
-                    sum_d2: sum_squared_radial(&m.shape, &points),
-                    gain,
-                    reason,
-                })
-            })
-            .collect();
-        if cancel.is_requested() {
-            return None;
-        }
-        for (&(a, b), proposal) in missing.iter().zip(fitted) {
-            cache.0.insert(key(a, b), proposal);
-        }
+        pairs.iter().copied().filter(|&pair| !cache.0.contains_key(&key(pair))).collect();
+    let fitted: Vec<Option<Proposal>> = missing
+        .par_iter()
+        .map(|&(a, b)| {
+            let found = layout.propose_merge(&[a, b], before)?;
+            let shape = found.added.first()?.shape;
+            let sum_d2 = sum_squared_radial(&shape, &model.gather(&union(members, a, b)));
+            Some(Proposal { shape, sum_d2, gain: found.gain, reason: String::new() })
+        })
+        .collect();
+    if cancel.is_requested() {
+        return None;
     }
-    let mut best: Option<(usize, usize, &Proposal)> = None;
-    for (a, b) in pairs {
-        if let Some(Some(p)) = cache.0.get(&key(a, b))
-            && best.is_none_or(|other| p.gain > other.2.gain)
-        {
-            best = Some((a, b, p));
-        }
+    for (&pair, proposal) in missing.iter().zip(fitted) {
+        cache.0.insert(key(pair), proposal);
     }
-    best.map(|(a, b, p)| (a, b, p.clone()))
+    let mut known: Vec<((usize, usize), Proposal)> =
+        pairs.iter().filter_map(|&pair| Some((pair, cache.0.get(&key(pair))?.clone()?))).collect();
+    known.sort_by(|a, b| b.1.gain.total_cmp(&a.1.gain));
+    known.into_iter().find_map(|((a, b), mut proposal)| {
+        let gain = before - layout.energy_with(&[a, b], &[Piece::new(model, proposal.shape)]);
+        proposal.reason = merge_reason(gain / energy::scale(model));
+        (gain > 0.0).then_some((a, b, proposal))
+    })
 }
 
 /// The paper's order: clusters by size, the largest against every smaller one.

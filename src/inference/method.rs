@@ -56,7 +56,7 @@ impl Params {
     pub fn reads(&self, setting: Setting) -> bool {
         match self.algorithm {
             Algorithm::Sampler => match setting {
-                Setting::PrimitiveCost => self.merge == MergeRule::DescriptionLength || self.refine,
+                Setting::PrimitiveCost => self.merge == MergeRule::Energy || self.refine,
                 Setting::OutlierPrior => false,
                 _ => true,
             },
@@ -85,7 +85,7 @@ impl Params {
                 "The sampler has no class of outliers; EMS and hierarchical EMS read this".to_owned()
             }
             (Algorithm::Sampler, _) => {
-                "Only merging by description length and the refinement at the end read this".to_owned()
+                "Only merging by energy and the refinement at the end read this".to_owned()
             }
             (other, _) => format!("{} doesn't read this", other.title()),
         })
@@ -138,7 +138,7 @@ impl Method {
     pub fn tooltip(self) -> &'static str {
         match self {
             Self::Default => {
-                "The paper's sampler with merging, assignment and cuts by description length: the best \
+                "The paper's sampler, merged and refined by two-way error and cost of primitives: the best \
                  results"
             }
             Self::Paper => "The steps, thresholds and defaults of the paper and its authors' program",

@@ -26,9 +26,9 @@ pub struct Params {
     pub seed: u64,
     /// Which clusters are merged, and by which test.
     pub merge: MergeRule,
-    /// What one primitive costs in the description length, as a multiple of
-    /// what its thirteen parameters are worth: the larger, the fewer primitives
-    /// and the larger their error.
+    /// What one primitive costs in the energy (two-way error and cost of
+    /// primitives), as a multiple of the default: the larger, the fewer
+    /// primitives and the larger their error.
     pub primitive_cost: f64,
     /// What a fit minimises: the paper's radial distance, or its first-order
     /// correction to the Euclidean one, which does not blow up on thin plates
@@ -37,9 +37,9 @@ pub struct Params {
     /// Freeze the points of well fitted clusters (a speed-up of the authors'
     /// program that also locks mistakes in).
     pub freeze: bool,
-    /// After the last iteration, refine by descent on the description length:
-    /// assign every point that is no outlier, refit, split and merge until
-    /// nothing changes.
+    /// After the last iteration, refine by descent on the energy: assign every
+    /// point that is no outlier, refit in both directions, cut, merge and remove
+    /// until nothing lowers it.
     pub refine: bool,
     /// Probability w₀ that EMS gives a point, before it has seen it, of being an
     /// outlier.
@@ -54,9 +54,10 @@ pub enum MergeRule {
     None,
     /// The thresholds of the authors' program, largest cluster first.
     Paper,
-    /// The pair that shortens the description of the cloud most, first.
+    /// The pair that lowers the energy most, first: two-way error and cost of
+    /// primitives.
     #[default]
-    DescriptionLength,
+    Energy,
 }
 
 impl Default for Params {
@@ -68,7 +69,7 @@ impl Default for Params {
             iterations: 30,
             clusters: 30,
             seed: 1,
-            merge: MergeRule::DescriptionLength,
+            merge: MergeRule::Energy,
             primitive_cost: 1.0,
             fit_distance: Distance::FirstOrder,
             freeze: false,

@@ -7,13 +7,13 @@ use rayon::prelude::*;
 
 use super::abstraction::{Abstraction, Figures, MergeReport, Occurrence, Phase, Primitive, UNASSIGNED};
 use super::adjust::{self, LATE_ITERATION};
-use super::finish;
 use super::fit::{Effort, START_SHRINK, fit, sum_squared_radial};
 use super::frame::Frame;
 use super::kmeans::kmeans;
 use super::merge::{MergeCache, merge_once};
 use super::moments::ellipsoid_of_moments;
-use super::params::Params;
+use super::params::{MergeRule, Params};
+use super::refine;
 use super::state::{Cluster, Model, SMALLEST_CLUSTER, State, distinct};
 use super::streams::{Purpose, stream};
 use super::sweep::sweep;
@@ -250,6 +250,10 @@ impl Sampler {
     }
 
     fn merge_all(&mut self, cancel: &Cancel, occurrences: &mut Vec<Occurrence>) {
+        if self.params.merge == MergeRule::Energy {
+            refine::merge_all(&mut self.state, &self.params, cancel, occurrences);
+            return;
+        }
         while let Some(report) = merge_once(&mut self.state, &mut self.cache, &self.params, cancel) {
             occurrences.push(Occurrence::Merged(report));
         }
@@ -260,7 +264,7 @@ impl Sampler {
 
     fn finish(&mut self, cancel: &Cancel, occurrences: &mut Vec<Occurrence>) {
         if self.params.refine {
-            finish::refine(&mut self.state, &mut self.cache, &self.params, cancel, occurrences);
+            refine::refine(&mut self.state, &self.params, cancel, occurrences);
         }
     }
 

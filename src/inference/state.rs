@@ -8,6 +8,7 @@ use rand::{Rng, RngExt};
 use rand_distr::{Distribution, Gamma};
 
 use super::abstraction::UNASSIGNED;
+use super::field::Field;
 use super::frame::Frame;
 use crate::geometry::Superquadric;
 use crate::geometry::kernel::PointBlock;
@@ -47,6 +48,8 @@ pub(crate) struct Model {
     pub(crate) spacing: f64,
     /// Points within 2·s̄.
     pub(crate) graph: RadiusGraph,
+    /// Tangent planes: the way from any place to the cloud.
+    pub(crate) field: Field,
 }
 
 impl Model {
@@ -61,7 +64,8 @@ impl Model {
             KdTree::new(&places).mean_spacing(SPACING_NEIGHBORS)
         };
         let graph = RadiusGraph::new(&tree, &points, CONNECTION_RADIUS * spacing, MAX_DEGREE);
-        Self { frame, block: points.iter().copied().collect(), points, spacing, graph }
+        let field = Field::new(&points, spacing);
+        Self { frame, block: points.iter().copied().collect(), points, spacing, graph, field }
     }
 
     pub(crate) fn sigma_floor(&self) -> f64 {

@@ -103,7 +103,25 @@ impl Area {
     }
 }
 
-impl Target<'_> {
+/// A cost that [`descend`] can go down.
+pub(crate) trait Objective {
+    /// The normal equations at a shape, and what else the cost is to hold on to
+    /// until the next call.
+    fn linearize(&mut self, shape: &Superquadric) -> NormalEquations;
+    fn cost(&self, shape: &Superquadric) -> f64;
+    /// A cost that is nothing but rounding.
+    fn least(&self, shape: &Superquadric) -> f64;
+    /// What a gain is compared with.
+    fn scale(&self, cost: f64) -> f64 {
+        cost
+    }
+    /// How far semi-axes and centre may go, in half-extents of the points.
+    fn reach(&self) -> f64 {
+        1.0
+    }
+}
+
+impl Objective for Target<'_> {
     fn cost(&self, shape: &Superquadric) -> f64 {
         let sum = match self.weights {
             Some(weights) => kernel::weighted_cost(shape, self.points, weights, self.distance),
@@ -112,7 +130,7 @@ impl Target<'_> {
         sum + self.area.map_or(0.0, |area| area.cost(shape))
     }
 
-    fn normal_equations(&self, shape: &Superquadric) -> NormalEquations {
+    fn linearize(&mut self, shape: &Superquadric) -> NormalEquations {
         let mut normal = match self.weights {
             Some(weights) => kernel::weighted_normal_equations(shape, self.points, weights, self.distance),
             None => kernel::normal_equations(shape, self.points, self.distance),
@@ -128,14 +146,22 @@ impl Target<'_> {
         normal
     }
 
-    /// What a gain is compared with: the logarithm of an area has no zero of
-    /// its own, but its price is about the size of Σ w·d².
+    fn least(&self, shape: &Superquadric) -> f64 {
+        if self.area.is_some() {
+            f64::NEG_INFINITY
+        } else {
+            1e-24 * self.points.len() as f64 * shape.semi_axes.norm_squared()
+        }
+    }
+
+    /// The logarithm of an area has no zero of its own, but its price is about
+    /// the size of Σ w·d².
     fn scale(&self, cost: f64) -> f64 {
         self.area.map_or(cost, |area| area.price)
     }
 
-    /// How far semi-axes and centre may go: a body of which one side is seen
-    /// reaches beyond its points, up to as far again.
+    /// A body of which one side is seen reaches beyond its points, up to as far
+    /// again.
     fn reach(&self) -> f64 {
         if self.area.is_some() { 2.0 } else { 1.0 }
     }
@@ -169,13 +195,13 @@ pub(crate) fn minimize(
     tolerance: f64,
     cancel: &Cancel,
 ) -> Minimum {
-    let target = Target { points, distance, weights: None, area: None };
-    minimize_target(&target, start, smallest_axis, iterations, tolerance, cancel)
+    let mut target = Target { points, distance, weights: None, area: None };
+    descend(&mut target, start, smallest_axis, iterations, tolerance, cancel)
 }
 
-/// [`minimize`] for a target with weights or a price on the area.
-pub(crate) fn minimize_target(
-    target: &Target<'_>,
+/// [`minimize`] for any cost.
+pub(crate) fn descend(
+    objective: &mut impl Objective,
     start: &Superquadric,
     smallest_axis: f64,
     iterations: usize,
@@ -191,20 +217,19 @@ pub(crate) fn minimize_target(
             stop = Stop::Cancelled;
             break;
         }
-        let normal = target.normal_equations(&shape);
+        let normal = objective.linearize(&shape);
         cost_now = normal.cost;
         if !cost_now.is_finite() || !normal.jtj.iter().all(|v| v.is_finite()) {
             stop = Stop::NotFinite;
             break;
         }
         // A perfect fit: nothing is left but rounding.
-        let least = 1e-24 * target.points.len() as f64 * shape.semi_axes.norm_squared();
-        if target.area.is_none() && cost_now <= least {
+        if cost_now <= objective.least(&shape) {
             stop = Stop::Converged;
             break;
         }
         let now = values(&shape);
-        let (lo, hi) = bounds(&normal.low, &normal.high, target.reach(), smallest_axis);
+        let (lo, hi) = bounds(&normal.low, &normal.high, objective.reach(), smallest_axis);
         // As the pose moves the box shrinks: what already lies outside may stay.
         let (lo, hi) = (lo.inf(&now), hi.sup(&now));
         // A parameter at its bound with the gradient pushing outward is held.
@@ -233,9 +258,9 @@ pub(crate) fn minimize_target(
             };
             let next = (now + factor.solve(&g)).sup(&lo).inf(&hi);
             let candidate = shape_of(&shape, &next);
-            let cost_next = target.cost(&candidate);
+            let cost_next = objective.cost(&candidate);
             if cost_next < cost_now {
-                let gain = (cost_now - cost_next) / target.scale(cost_now);
+                let gain = (cost_now - cost_next) / objective.scale(cost_now);
                 shape = candidate;
                 cost_now = cost_next;
                 damping = (damping * 0.2).max(1e-9);
@@ -251,7 +276,7 @@ pub(crate) fn minimize_target(
         break;
     }
     if !cost_now.is_finite() && stop != Stop::NotFinite {
-        cost_now = target.cost(&shape);
+        cost_now = objective.cost(&shape);
     }
     Minimum { shape, cost: cost_now, stop }
 }

@@ -11,7 +11,7 @@ use tempfile::NamedTempFile;
 use super::error::WriteError;
 use super::{Shape, ShapeGeometry, primitives};
 use crate::geometry::palette::{UNASSIGNED_COLOR, color_of};
-use crate::geometry::{SampleCloud, SampledPart, SamplingOptions, Surface};
+use crate::geometry::{Isolated, SampleCloud, SampledPart, SamplingOptions, Surface};
 use crate::inference::{Abstraction, MergeReport, Method, Params, Phase, Primitive, UNASSIGNED};
 
 /// Names of the files that [`write_run`] puts into a folder.
@@ -102,7 +102,8 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), WriteError> {
 }
 
 /// Writes the report of a run as JSON: input, sampling (of a mesh also which
-/// part of its surface, and what share of the area was left out), method,
+/// part of its surface, and what share of the area was left out, of a cloud
+/// how many isolated points), method,
 /// parameters, seed, number of points, K by iteration, merges, seconds a phase, unassigned
 /// points and mean distance.
 ///
@@ -311,7 +312,10 @@ struct ReportFile<'a> {
     sampling_seed: u64,
     points_wanted: usize,
     points: usize,
+    /// Of a mesh.
     surface: Option<SurfaceEntry>,
+    /// Of a cloud.
+    isolated: Option<IsolatedEntry>,
     phase: Phase,
     iterations: u32,
     clusters_at_iteration: &'a [usize],
@@ -346,9 +350,29 @@ impl SurfaceEntry {
     fn new(asked_for: Surface, part: &SampledPart) -> Self {
         let sampled = match part {
             SampledPart::Outside { .. } => Surface::Outside,
-            SampledPart::Whole | SampledPart::WholeAsHidden => Surface::All,
+            SampledPart::Whole | SampledPart::Connected { .. } | SampledPart::WholeAsHidden => Surface::All,
         };
         Self { asked_for, sampled, area_left_out: part.left_out(), note: part.note() }
+    }
+}
+
+/// What became of a cloud's isolated points.
+#[derive(Debug, Serialize)]
+struct IsolatedEntry {
+    asked_for: Isolated,
+    points_left_out: usize,
+    /// Those of them that no sample stands for.
+    points_unlabelled: usize,
+    note: Option<String>,
+}
+
+impl IsolatedEntry {
+    fn new(asked_for: Isolated, part: &SampledPart) -> Self {
+        let (points_left_out, points_unlabelled) = match *part {
+            SampledPart::Connected { isolated, unlabelled, .. } => (isolated, unlabelled),
+            SampledPart::Whole | SampledPart::Outside { .. } | SampledPart::WholeAsHidden => (0, 0),
+        };
+        Self { asked_for, points_left_out, points_unlabelled, note: part.note() }
     }
 }
 
@@ -390,6 +414,10 @@ fn report_json(w: &mut impl Write, outcome: &Outcome<'_>, record: &RunRecord) ->
         surface: match &shape.geometry {
             ShapeGeometry::Mesh(_) => Some(SurfaceEntry::new(sampling.surface, &cloud.part)),
             ShapeGeometry::Cloud(_) => None,
+        },
+        isolated: match &shape.geometry {
+            ShapeGeometry::Mesh(_) => None,
+            ShapeGeometry::Cloud(_) => Some(IsolatedEntry::new(sampling.isolated, &cloud.part)),
         },
         phase: abstraction.phase,
         iterations: abstraction.iteration,

@@ -408,7 +408,7 @@ impl Session {
         self.messages.push(Level::Detail, format!("Loaded {name} with {points} samples"), "");
         if let Some(note) = shape.cloud.part.note() {
             let level = match shape.cloud.part {
-                SampledPart::WholeAsHidden => Level::Note,
+                SampledPart::WholeAsHidden | SampledPart::Connected { .. } => Level::Note,
                 SampledPart::Whole | SampledPart::Outside { .. } => Level::Detail,
             };
             self.messages.push(level, format!("{name}: {note}"), "");

@@ -4,8 +4,8 @@ use egui::{DragValue, Grid, Label, Response, RichText, Slider, Ui};
 
 use super::theme::{self, Palette};
 use super::widgets::{choice, count, divide, fact, length, primary_button, section, verb_button};
-use crate::geometry::Surface;
 use crate::geometry::kernel::Distance;
+use crate::geometry::{Isolated, Surface};
 use crate::inference::{MergeRule, Method, Params, Setting};
 use crate::io::ShapeGeometry;
 use crate::session::Session;
@@ -66,14 +66,22 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             .labelled_by(label)
             .on_hover_text("Seed of the sampling");
     });
+    let with_note = |tooltip: &str| match loaded.cloud.part.note() {
+        Some(note) => format!("{tooltip}. In this run {note}"),
+        None => tooltip.to_owned(),
+    };
     if matches!(loaded.shape.geometry, ShapeGeometry::Mesh(_)) {
         let mut outside = sampling.surface == Surface::Outside;
-        let tooltip = match loaded.cloud.part.note() {
-            Some(note) => format!("No samples on inner walls and buried parts. In this run {note}"),
-            None => "No samples on inner walls and buried parts".to_owned(),
-        };
-        ui.checkbox(&mut outside, "Only the surface seen from outside").on_hover_text(tooltip);
+        ui.checkbox(&mut outside, "Only the surface seen from outside")
+            .on_hover_text(with_note("No samples on inner walls and buried parts"));
         sampling.surface = if outside { Surface::Outside } else { Surface::All };
+    } else {
+        let mut leave_out = sampling.isolated == Isolated::LeaveOut;
+        ui.checkbox(&mut leave_out, "Leave out isolated points").on_hover_text(with_note(
+            "No samples on outliers, which have next to no neighbours: points far from all others stay \
+             unassigned",
+        ));
+        sampling.isolated = if leave_out { Isolated::LeaveOut } else { Isolated::Keep };
     }
     if session.is_enabled(Verb::Resample) {
         verb_button(ui, session, Verb::Resample, ui.available_width(), actions);
@@ -150,9 +158,9 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     .show(ui, &mut p, |p| &mut p.clusters, Params::CLUSTERS);
     Row {
         label: "Cost of a primitive",
-        tooltip: "What a primitive costs in the description length, as a multiple of its parameters' worth: \
-                  more gives fewer primitives with larger errors, less the other way. Taken at the next \
-                  merge and at the end.",
+        tooltip: "How much of the error a primitive has to save to be worth having, as a multiple of the \
+                  default: more gives fewer primitives with larger errors, less the other way. Taken at the \
+                  next merge and at the end.",
         setting: Setting::PrimitiveCost,
     }
     .show(ui, &mut p, |p| &mut p.primitive_cost, Params::PRIMITIVE_COST);
@@ -181,9 +189,9 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         setting: Setting::Merge,
         options: &[
             (
-                MergeRule::DescriptionLength,
-                "Description length",
-                "First the pair whose merge shortens the description of the cloud most",
+                MergeRule::Energy,
+                "Energy",
+                "First the pair whose merge lowers the energy most: two-way error plus cost of primitives",
             ),
             (
                 MergeRule::Paper,
@@ -214,8 +222,8 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             |p| &mut p.refine,
             Setting::Refine,
             "Refine at the end",
-            "After the last iteration, assign, refit, split and merge until the description of the cloud \
-             gets no shorter",
+            "After the last iteration, assign, refit, cut, merge and remove while that lowers the energy: \
+             two-way error plus cost of primitives",
         ),
         (
             |p| &mut p.freeze,

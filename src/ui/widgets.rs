@@ -3,6 +3,7 @@
 use egui::{Button, Color32, Response, RichText, Role, Sense, Ui, WidgetInfo, vec2};
 
 use super::theme::{self, Palette};
+pub(super) use crate::geometry::cloud::grouped as count;
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 
@@ -129,19 +130,6 @@ fn paint_eye(ui: &Ui, center: egui::Pos2, open: bool, color: Color32) {
 fn lower_first(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
-}
-
-/// A number with its thousands grouped: `12,345`.
-pub(super) fn count(n: usize) -> String {
-    let digits = n.to_string();
-    let mut grouped = String::with_capacity(digits.len() * 4 / 3);
-    for (i, digit) in digits.chars().enumerate() {
-        if i > 0 && (digits.len() - i).is_multiple_of(3) {
-            grouped.push(',');
-        }
-        grouped.push(digit);
-    }
-    grouped
 }
 
 /// A length with four significant digits, in powers of ten where it is very

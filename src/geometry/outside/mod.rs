@@ -4,7 +4,7 @@
 //! A grid of some 300,000 cells tells the *room* outside from hollows:
 //! a cell that no triangle touches is outside if it can be reached through
 //! openings that are not much narrower than the room behind them
-//! ([`basins`]), so that a bottle's mouth is closed and a tin without a lid
+//! (module `basins`), so that a bottle's mouth is closed and a tin without a lid
 //! stays open. The triangles themselves tell the rest: a place in a cell that
 //! they touch is outside if a fair share of the rays from there reaches an
 //! outside cell with no triangle in the way.

@@ -250,7 +250,7 @@ fn the_number_of_threads_makes_no_difference() {
 /// What is left stays as even as all of it.
 #[test]
 fn samples_of_what_is_seen_are_even() {
-    let options = |surface| SamplingOptions { points: 2000, seed: 1, surface };
+    let options = |surface| SamplingOptions { points: 2000, surface, ..SamplingOptions::default() };
     let double = together(&[ball(1.0), ball(0.9), ball(0.8), ball(0.7)]);
     let gaps = |points: &[Point3<f64>]| {
         let tree = crate::geometry::neighbors::KdTree::new(points);

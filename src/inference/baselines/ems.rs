@@ -26,7 +26,7 @@ use super::super::fit::{START_SHRINK, similar_configurations};
 use super::super::moments::{box_of_extents, ellipsoid_of_moments};
 use super::super::sampler::Cancel;
 use super::super::state::Model;
-use super::super::trust_region::{Area, Target, minimize_target};
+use super::super::trust_region::{Area, Target, descend};
 use crate::geometry::kernel::{self, Distance, PointBlock};
 use crate::geometry::neighbors::KdTree;
 use crate::geometry::{Superquadric, tessellate};
@@ -200,13 +200,13 @@ impl Problem {
         let total: f64 = weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         let variance = from.sigma * from.sigma;
         let margin = margin(from.sigma);
-        let target = Target {
+        let mut target = Target {
             points: block,
             distance: self.distance,
             weights: Some(&weights),
             area: Some(Area { price: 2.0 * variance * total, margin }),
         };
-        let found = minimize_target(&target, &from.shape, self.axis_floor, LM_STEPS, STALLED, cancel);
+        let found = descend(&mut target, &from.shape, self.axis_floor, LM_STEPS, STALLED, cancel);
         let sum = kernel::weighted_cost(&found.shape, block, &weights, self.distance);
         // ∂/∂σ of the expected log-likelihood is 0 where
         // Σ w·d² = σ²·Σ w·(1 + 4πσ²/(A + 2πσ²)).

@@ -7,6 +7,7 @@ use std::sync::Arc;
 use nalgebra::{Point3, Vector3};
 
 use super::super::abstraction::{Occurrence, UNASSIGNED};
+use super::super::field::Field;
 use super::super::frame::Frame;
 use super::super::kmeans::kmeans;
 use super::super::params::Params;
@@ -25,6 +26,7 @@ fn model(points: Vec<Point3<f64>>, radius: f64) -> Arc<Model> {
         frame: Frame::of(&points).unwrap(),
         block: points.iter().copied().collect(),
         spacing: 0.1,
+        field: Field::new(&points, 0.1),
         graph: RadiusGraph::new(&tree, &points, radius, points.len()),
         points,
     })

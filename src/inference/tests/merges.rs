@@ -30,7 +30,7 @@ fn merge_all(sampler: &mut Sampler) -> usize {
 #[test]
 fn a_cancelled_merge_is_not_forgotten() {
     let points = samples(&block([0.0; 3], [1.0, 0.6, 0.4]), 500);
-    for rule in [MergeRule::DescriptionLength, MergeRule::Paper] {
+    for rule in [MergeRule::Energy, MergeRule::Paper] {
         let params =
             Params { iterations: 3, clusters: 6, merge: MergeRule::None, refine: false, ..Params::default() };
         let mut start = sampler(&points, params);
@@ -97,7 +97,7 @@ fn halves_merge_and_separate_boxes_do_not() {
     // Touching at a corner's edge, one across the other.
     let cross = [block([0.0; 3], [1.0, 0.2, 0.2]), block([0.0, 0.0, 0.8], [0.2, 0.2, 0.6])];
     let (cross, of_cross) = scene(&cross, 600);
-    for rule in [MergeRule::DescriptionLength, MergeRule::Paper, MergeRule::None] {
+    for rule in [MergeRule::Energy, MergeRule::Paper, MergeRule::None] {
         for (name, points, parts, merges) in
             [("halves", &whole, &halves, 1), ("apart", &apart, &of_apart, 0), ("a T", &cross, &of_cross, 0)]
         {
@@ -129,7 +129,7 @@ fn one_step_of_a_merge_by_hand_leaves_none_at_the_end() {
         sampler.step(&Cancel::default()).unwrap();
     }
     assert_eq!(sampler.step_merge(&Cancel::default()).unwrap(), None);
-    sampler.set_params(Params { merge: MergeRule::DescriptionLength, ..*sampler.params() }).unwrap();
+    sampler.set_params(Params { merge: MergeRule::Energy, ..*sampler.params() }).unwrap();
     let before = sampler.abstraction().primitives.len();
     let merges = merge_all(&mut sampler);
     assert_eq!(sampler.abstraction().primitives.len() + merges, before);

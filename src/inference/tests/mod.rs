@@ -2,12 +2,12 @@
 
 mod baselines;
 mod degenerate;
+mod energies;
 mod fits;
 mod laws;
 mod merges;
 mod runs;
 mod scenes;
-mod scores;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};

@@ -1,0 +1,246 @@
+//! Energy: one number for "the points are near", "there is nothing else" and
+//! "few".
+//!
+//! ```text
+//! E = Σ_points ρ(d(x, primitives)) + Σ_visible surface ρ(d(s, cloud)) + price(K)
+//! ```
+//!
+//! Points count alike, the surface by its area in points' worth, so that the
+//! first two terms are the two sides of the Chamfer-L1 distance between the
+//! primitives' union and the cloud, in mean spacings times
+//! 2N. The price of the primitives is a share of that, too: one more has to
+//! lower the error by so much. It grows as K^0.6: of a shape that has many parts
+//! already one more says less about how simple it is. Unlike a likelihood of the points it knows when a
+//! primitive sticks out over empty space.
+
+use rayon::prelude::*;
+
+use super::params::Params;
+use super::state::Model;
+use super::two_way::{SurfaceSample, rounded, sample_surface};
+use crate::geometry::{Superquadric, kernel};
+
+/// The mean error, in mean spacings, that a primitive has to save where
+/// [`Params::primitive_cost`] is 1 and there are [`USUAL_COUNT`] of them.
+const PRICE: f64 = 0.0128;
+const USUAL_COUNT: f64 = 8.0;
+/// The price of K primitives grows with this power of K.
+const GROWTH: f64 = 0.6;
+/// A lonely point, of fewer neighbours than a surface gives, counts as this
+/// many mean spacings at most: it may be an outlier.
+pub(crate) const OUTLIER_SPACINGS: f64 = 2.0;
+const LONELY: usize = 4;
+
+/// What `count` primitives add to the energy.
+pub(crate) fn price(model: &Model, params: &Params, count: usize) -> f64 {
+    let one = PRICE * params.primitive_cost * scale(model);
+    one * (count as f64).powf(GROWTH) / (GROWTH * USUAL_COUNT.powf(GROWTH - 1.0))
+}
+
+/// 2·N·s̄: the energy of an error of one mean spacing.
+pub(crate) fn scale(model: &Model) -> f64 {
+    2.0 * model.points.len() as f64 * model.spacing
+}
+
+/// Whether a point has so few neighbours that it may be an outlier.
+pub(crate) fn is_lonely(model: &Model, i: u32) -> bool {
+    model.graph.of(i).len() < LONELY
+}
+
+/// A primitive with what does not depend on the others.
+#[derive(Debug, Clone)]
+pub(crate) struct Piece {
+    pub(crate) shape: Superquadric,
+    /// Distance of each point of the cloud.
+    pub(crate) distances: Vec<f64>,
+    /// Surface samples, each with its cost where it is visible.
+    samples: Vec<(SurfaceSample, f64)>,
+    radius: f64,
+}
+
+impl Piece {
+    pub(crate) fn new(model: &Model, shape: Superquadric) -> Self {
+        let mut distances = Vec::new();
+        kernel::euclidean_distances(&shape, &model.block, &mut distances);
+        let (samples, weight) = sample_surface(&shape, model.spacing);
+        let samples = samples
+            .into_iter()
+            .map(|s| (s, weight * rounded(model.field.offset(&s.place).distance, model.spacing)))
+            .collect();
+        Self { shape, distances, samples, radius: shape.reach().norm() }
+    }
+
+    fn may_touch(&self, other: &Piece) -> bool {
+        (self.shape.translation - other.shape.translation).norm() < self.radius + other.radius
+    }
+}
+
+/// Marks the place of a hider that isn't there.
+const NONE: u32 = u32::MAX;
+/// Hiders of a sample that are remembered.
+const HIDERS: usize = 4;
+
+/// Pieces with what their error is made of, so that the error with some of
+/// them replaced costs a fraction of a new sum.
+#[derive(Debug, Clone)]
+pub(crate) struct Assembly {
+    pieces: Vec<Piece>,
+    /// For each point its nearest piece.
+    nearest: Vec<u32>,
+    /// For each point what it adds.
+    point_costs: Vec<f64>,
+    /// For each sample of each piece the first pieces that hide it.
+    hiders: Vec<Vec<[u32; HIDERS]>>,
+    /// What the visible surface of each piece adds.
+    surface_costs: Vec<f64>,
+    most: f64,
+}
+
+impl Assembly {
+    pub(crate) fn new(model: &Model, pieces: Vec<Piece>) -> Self {
+        let most = rounded(OUTLIER_SPACINGS * model.spacing, model.spacing);
+        let mut whole = Self {
+            nearest: vec![NONE; model.points.len()],
+            point_costs: Vec::new(),
+            hiders: Vec::new(),
+            surface_costs: Vec::new(),
+            pieces,
+            most,
+        };
+        let mut least = vec![f64::INFINITY; model.points.len()];
+        for (j, piece) in (0u32..).zip(&whole.pieces) {
+            for ((least, nearest), d) in least.iter_mut().zip(&mut whole.nearest).zip(&piece.distances) {
+                if d < least {
+                    (*least, *nearest) = (*d, j);
+                }
+            }
+        }
+        whole.point_costs = (0u32..).zip(least).map(|(i, d)| whole.point_cost(model, i, d)).collect();
+        whole.hiders = (0..whole.pieces.len()).into_par_iter().map(|j| whole.hiders_of(j)).collect();
+        whole.surface_costs = whole
+            .pieces
+            .iter()
+            .zip(&whole.hiders)
+            .map(|(piece, hiders)| {
+                let visible = piece.samples.iter().zip(hiders).filter(|(_, h)| h[0] == NONE);
+                visible.map(|((_, cost), _)| cost).sum()
+            })
+            .collect();
+        whole
+    }
+
+    pub(crate) fn pieces(&self) -> &[Piece] {
+        &self.pieces
+    }
+
+    /// The piece nearest to each point; none where there are no pieces.
+    pub(crate) fn nearest(&self) -> impl Iterator<Item = Option<u32>> {
+        self.nearest.iter().map(|&j| (j != NONE).then_some(j))
+    }
+
+    fn point_cost(&self, model: &Model, i: u32, distance: f64) -> f64 {
+        let cost = rounded(distance, model.spacing);
+        if cost > self.most && is_lonely(model, i) { self.most } else { cost }
+    }
+
+    fn hiders_of(&self, j: usize) -> Vec<[u32; HIDERS]> {
+        let piece = &self.pieces[j];
+        let near: Vec<(u32, &Superquadric)> = (0u32..)
+            .zip(&self.pieces)
+            .filter(|(k, other)| *k as usize != j && piece.may_touch(other))
+            .map(|(k, other)| (k, &other.shape))
+            .collect();
+        piece
+            .samples
+            .iter()
+            .map(|(s, _)| {
+                let mut found = [NONE; HIDERS];
+                let hiding = near.iter().filter(|(_, o)| o.contains(&s.outside)).map(|(k, _)| *k);
+                for (place, k) in found.iter_mut().zip(hiding) {
+                    *place = k;
+                }
+                found
+            })
+            .collect()
+    }
+
+    /// What the visible surface of piece `j` adds.
+    pub(crate) fn surface_cost(&self, j: usize) -> f64 {
+        self.surface_costs[j]
+    }
+
+    /// The first two terms of the energy.
+    pub(crate) fn error(&self) -> f64 {
+        self.point_costs.iter().sum::<f64>() + self.surface_costs.iter().sum::<f64>()
+    }
+
+    /// The same with the pieces `added` in the place of those at `removed`.
+    pub(crate) fn error_with(&self, model: &Model, removed: &[usize], added: &[Piece]) -> f64 {
+        let mut there = 0.0;
+        for (i, (&nearest, &known)) in (0u32..).zip(self.nearest.iter().zip(&self.point_costs)) {
+            let at = i as usize;
+            let gone = nearest == NONE || removed.contains(&(nearest as usize));
+            let before = if gone {
+                let left = self.pieces.iter().enumerate().filter(|(k, _)| !removed.contains(k));
+                left.map(|(_, piece)| piece.distances[at]).fold(f64::INFINITY, f64::min)
+            } else {
+                self.pieces[nearest as usize].distances[at]
+            };
+            let now = added.iter().map(|piece| piece.distances[at]).fold(before, f64::min);
+            there += if !gone && now == before { known } else { self.point_cost(model, i, now) };
+        }
+        let mut back = 0.0;
+        for (k, piece) in self.pieces.iter().enumerate() {
+            if removed.contains(&k) {
+                continue;
+            }
+            let come: Vec<&Superquadric> =
+                added.iter().filter(|a| piece.may_touch(a)).map(|a| &a.shape).collect();
+            let go = removed.iter().any(|&r| piece.may_touch(&self.pieces[r]));
+            back += if come.is_empty() && !go {
+                self.surface_costs[k]
+            } else {
+                self.surface_with(k, removed, &come)
+            };
+        }
+        for (k, piece) in added.iter().enumerate() {
+            let left = self.pieces.iter().enumerate().filter(|(j, _)| !removed.contains(j)).map(|(_, p)| p);
+            let siblings = added.iter().enumerate().filter(|(j, _)| *j != k).map(|(_, p)| p);
+            let near: Vec<&Superquadric> =
+                left.chain(siblings).filter(|o| piece.may_touch(o)).map(|o| &o.shape).collect();
+            back += piece
+                .samples
+                .iter()
+                .filter(|(s, cost)| *cost > 0.0 && !near.iter().any(|o| o.contains(&s.outside)))
+                .map(|(_, cost)| cost)
+                .sum::<f64>();
+        }
+        there + back
+    }
+
+    fn surface_with(&self, k: usize, removed: &[usize], added: &[&Superquadric]) -> f64 {
+        let piece = &self.pieces[k];
+        let still_hidden = |s: &SurfaceSample, hiders: &[u32; HIDERS]| {
+            let known = hiders.iter().take_while(|h| **h != NONE);
+            if known.clone().any(|&h| !removed.contains(&(h as usize))) {
+                return true;
+            }
+            // All hiders that are known have gone; there may be more.
+            hiders[HIDERS - 1] != NONE
+                && self
+                    .pieces
+                    .iter()
+                    .enumerate()
+                    .any(|(j, o)| j != k && !removed.contains(&j) && o.shape.contains(&s.outside))
+        };
+        piece
+            .samples
+            .iter()
+            .zip(&self.hiders[k])
+            .filter(|((s, cost), hiders)| {
+                *cost > 0.0 && !still_hidden(s, hiders) && !added.iter().any(|o| o.contains(&s.outside))
+            })
+            .map(|((_, cost), _)| cost)
+            .sum()
+    }
+}

@@ -1,0 +1,251 @@
+//! The primitives of one moment with all that a proposal is judged by.
+
+use std::collections::BTreeSet;
+
+use super::super::abstraction::UNASSIGNED;
+use super::super::energy::{self, Assembly, OUTLIER_SPACINGS, Piece, is_lonely};
+use super::super::fit::{Effort, fit};
+use super::super::params::Params;
+use super::super::sampler::Cancel;
+use super::super::state::{Model, SMALLEST_CLUSTER};
+use super::super::two_way::{Surroundings, rounded};
+use crate::geometry::Superquadric;
+
+/// Steps of the two-way fit of a primitive that is only proposed; it is
+/// polished when it has been accepted.
+const PROPOSAL_STEPS: usize = 8;
+/// A lonely point is an outlier beyond this many times the root mean square
+/// distance of its primitive's points (and [`OUTLIER_SPACINGS`]).
+const OUTLIER_SIGMAS: f64 = 4.0;
+
+/// A proposal whose rough fit costs this many prices a primitive more than
+/// before is given up.
+const HOPELESS: f64 = 3.0;
+
+/// Primitives, their points, and their surroundings.
+pub(crate) struct Layout<'a> {
+    pub(crate) model: &'a Model,
+    pub(crate) params: &'a Params,
+    pub(crate) cancel: &'a Cancel,
+    pub(crate) assembly: Assembly,
+    /// The points of each primitive.
+    pub(crate) members: Vec<Vec<u32>>,
+}
+
+/// Some primitives in the place of others.
+#[derive(Debug, Clone)]
+pub(crate) struct Proposal {
+    /// Indices of the pieces that go.
+    pub(crate) removed: Vec<usize>,
+    pub(crate) added: Vec<Piece>,
+    /// The points of each of them.
+    pub(crate) members: Vec<Vec<u32>>,
+    /// By how much the energy falls.
+    pub(crate) gain: f64,
+}
+
+impl<'a> Layout<'a> {
+    pub(crate) fn pieces(&self) -> &[Piece] {
+        self.assembly.pieces()
+    }
+
+    /// Takes other pieces.
+    pub(crate) fn set_pieces(&mut self, pieces: Vec<Piece>) {
+        self.assembly = Assembly::new(self.model, pieces);
+    }
+
+    /// Gives every point to the nearest primitive, but for outliers.
+    pub(crate) fn assign(&mut self) {
+        let mut members = vec![Vec::new(); self.pieces().len()];
+        for (i, nearest) in (0u32..).zip(self.assembly.nearest()) {
+            if let Some(j) = nearest {
+                members[j as usize].push(i);
+            }
+        }
+        for (piece, list) in self.pieces().iter().zip(&mut members) {
+            let square = |i: &u32| piece.distances[*i as usize].powi(2);
+            // (Outliers themselves may not stretch the limit.)
+            let inner: Vec<f64> = list.iter().filter(|i| !is_lonely(self.model, **i)).map(square).collect();
+            let rms = (inner.iter().sum::<f64>() / inner.len().max(1) as f64).sqrt();
+            let limit = (OUTLIER_SPACINGS * self.model.spacing).max(OUTLIER_SIGMAS * rms);
+            list.retain(|&i| piece.distances[i as usize] <= limit || !is_lonely(self.model, i));
+        }
+        self.members = members;
+    }
+
+    /// Labels by index of piece.
+    pub(crate) fn labels(&self) -> Vec<u32> {
+        let mut labels = vec![UNASSIGNED; self.model.points.len()];
+        for (j, list) in (0u32..).zip(&self.members) {
+            for &i in list {
+                labels[i as usize] = j;
+            }
+        }
+        labels
+    }
+
+    /// Pairs of primitives of which some points are neighbours, each with the
+    /// smaller index first.
+    pub(crate) fn neighbors(&self) -> BTreeSet<(usize, usize)> {
+        let labels = self.labels();
+        let mut pairs = BTreeSet::new();
+        for (i, &a) in (0u32..).zip(&labels) {
+            for &k in self.model.graph.of(i) {
+                let b = labels[k as usize];
+                if a < b && b != UNASSIGNED {
+                    pairs.insert((a as usize, b as usize));
+                }
+            }
+        }
+        pairs
+    }
+
+    pub(crate) fn energy(&self) -> f64 {
+        self.assembly.error() + energy::price(self.model, self.params, self.pieces().len())
+    }
+
+    /// The energy with the pieces `added` in the place of those at `removed`.
+    pub(crate) fn energy_with(&self, removed: &[usize], added: &[Piece]) -> f64 {
+        let count = self.pieces().len() - removed.len() + added.len();
+        self.assembly.error_with(self.model, removed, added) + energy::price(self.model, self.params, count)
+    }
+
+    /// What the next primitive would cost.
+    pub(crate) fn price_of_one_more(&self) -> f64 {
+        let count = self.pieces().len();
+        let price = |count| energy::price(self.model, self.params, count);
+        price(count + 1) - price(count)
+    }
+
+    /// What the points and the visible surface of each primitive add to the
+    /// energy: no change of it alone can save more.
+    pub(crate) fn own_errors(&self) -> Vec<f64> {
+        (0..self.pieces().len()).map(|j| self.points_error(j) + self.assembly.surface_cost(j)).collect()
+    }
+
+    fn points_error(&self, j: usize) -> f64 {
+        let distances = &self.pieces()[j].distances;
+        self.members[j].iter().map(|&i| rounded(distances[i as usize], self.model.spacing)).sum()
+    }
+
+    /// The best primitive for some points by its distance to them alone.
+    pub(crate) fn one_way(
+        &self,
+        points: &[u32],
+        warm: &[Superquadric],
+        effort: Effort,
+    ) -> Option<Superquadric> {
+        let gathered = self.model.gather(points);
+        let floor = self.model.axis_floor();
+        fit(&gathered, warm, floor, effort, self.params.fit_distance, self.cancel).map(|m| m.shape)
+    }
+
+    /// The best two-way fit to some points from several starts, next to
+    /// `others`.
+    pub(crate) fn two_way(
+        &self,
+        points: &[u32],
+        starts: &[Superquadric],
+        others: &[Superquadric],
+        steps: usize,
+    ) -> Option<Superquadric> {
+        let around = Surroundings {
+            field: &self.model.field,
+            spacing: self.model.spacing,
+            smallest_axis: self.model.axis_floor(),
+            others,
+        };
+        let gathered = self.model.gather(points);
+        starts
+            .iter()
+            .filter_map(|start| around.fit(&gathered, start, steps, self.cancel))
+            .min_by(|a, b| a.1.total_cmp(&b.1))
+            .map(|best| best.0)
+    }
+
+    pub(crate) fn others(&self, without: &[usize]) -> Vec<Superquadric> {
+        let kept = self.pieces().iter().enumerate().filter(|(j, _)| !without.contains(j));
+        kept.map(|(_, piece)| piece.shape).collect()
+    }
+
+    /// Whether the two-way fit may make these shapes worth having.
+    fn promising(&self, removed: &[usize], shapes: &[Superquadric], before: f64) -> bool {
+        let added: Vec<Piece> = shapes.iter().map(|s| Piece::new(self.model, *s)).collect();
+        let price = self.price_of_one_more();
+        self.energy_with(removed, &added) < before + HOPELESS * price * shapes.len() as f64
+    }
+
+    /// New shapes in the place of some pieces, against the energy `before`;
+    /// `None` unless it falls.
+    fn propose(
+        &self,
+        removed: Vec<usize>,
+        parts: Vec<(Superquadric, Vec<u32>)>,
+        before: f64,
+    ) -> Option<Proposal> {
+        let (added, members): (Vec<Piece>, Vec<Vec<u32>>) =
+            parts.into_iter().map(|(shape, points)| (Piece::new(self.model, shape), points)).unzip();
+        let gain = before - self.energy_with(&removed, &added);
+        (gain > 0.0 && !self.cancel.is_requested()).then_some(Proposal { removed, added, members, gain })
+    }
+
+    /// Leaves a primitive out.
+    pub(crate) fn propose_removal(&self, j: usize, before: f64) -> Option<Proposal> {
+        self.propose(vec![j], Vec::new(), before)
+    }
+
+    /// One primitive for the points of several.
+    pub(crate) fn propose_merge(&self, list: &[usize], before: f64) -> Option<Proposal> {
+        let mut points: Vec<u32> = list.iter().flat_map(|&j| self.members[j].iter().copied()).collect();
+        points.sort_unstable();
+        if points.len() <= SMALLEST_CLUSTER {
+            return None;
+        }
+        let largest = *list.iter().max_by_key(|&&j| self.members[j].len())?;
+        let warm = [self.pieces()[largest].shape];
+        let glance = self.one_way(&points, &warm, Effort::GLANCE)?;
+        let spacing = self.model.spacing;
+        let alone: f64 = list.iter().map(|&j| self.points_error(j)).sum();
+        let together: f64 =
+            self.model.gather(&points).iter().map(|x| rounded(glance.first_order_distance(x), spacing)).sum();
+        let price = self.price_of_one_more();
+        if together > alone + HOPELESS * price * list.len() as f64 {
+            return None;
+        }
+        let start = self.one_way(&points, &[glance], Effort::THOROUGH)?;
+        if !self.promising(list, &[start], before) {
+            return None;
+        }
+        let shape = self.two_way(&points, &[start], &self.others(list), PROPOSAL_STEPS)?;
+        self.propose(list.to_vec(), vec![(shape, points)], before)
+    }
+
+    /// One primitive for each part of the points of one; `part` gives the part
+    /// of each of its points. Parts that are too small are left to the others.
+    pub(crate) fn propose_cut(&self, j: usize, part: &[u32], before: f64) -> Option<Proposal> {
+        let count = part.iter().max().map_or(0, |p| *p as usize + 1);
+        let mut parts = vec![Vec::new(); count];
+        for (&i, &p) in self.members[j].iter().zip(part) {
+            parts[p as usize].push(i);
+        }
+        parts.retain(|p| p.len() > SMALLEST_CLUSTER);
+        if parts.len() < 2 {
+            return None;
+        }
+        let warm = [self.pieces()[j].shape];
+        let starts: Vec<Superquadric> =
+            parts.iter().map(|p| self.one_way(p, &warm, Effort::THOROUGH)).collect::<Option<_>>()?;
+        if !self.promising(&[j], &starts, before) {
+            return None;
+        }
+        let around = self.others(&[j]);
+        let mut fitted = Vec::with_capacity(parts.len());
+        for (k, points) in parts.iter().enumerate() {
+            let siblings = starts.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, s)| *s);
+            let others: Vec<Superquadric> = around.iter().copied().chain(siblings).collect();
+            let shape = self.two_way(points, &starts[k..=k], &others, PROPOSAL_STEPS)?;
+            fitted.push((shape, points.clone()));
+        }
+        self.propose(vec![j], fitted, before)
+    }
+}
