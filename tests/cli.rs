@@ -207,7 +207,8 @@ fn bad_input_gives_one_clear_message_and_no_files() {
     for (name, content, words) in [
         ("empty.ply", "", "is empty"),
         ("broken.obj", "v 0 0 0\nv a b c\n", "line 2"),
-        ("mesh.stl", "solid x\nfacet normal 0 0 1\n", "STL"),
+        ("mesh.stl", "solid x\nfacet normal 0 0 1\n", "no triangles"),
+        ("scan.pcd", "# .PCD v0.7\n", "a PCD point cloud"),
         ("letter.doc", "Dear all", "no format that can be read"),
         ("one.xyz", "1 2 3\n", "one.xyz"),
         ("nan.xyz", "nan nan nan\n", "finite"),

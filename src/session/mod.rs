@@ -129,6 +129,11 @@ impl Session {
         self.measurement.as_deref().filter(|m| self.is_present(&m.snapshot))
     }
 
+    /// The newest figures of this shape, of whatever state.
+    pub fn last_measurement(&self) -> Option<&Measurement> {
+        self.measurement.as_deref()
+    }
+
     /// Whether the present state is being measured.
     pub fn is_measuring(&self) -> bool {
         self.measuring.as_ref().is_some_and(|s| self.is_present(s))
@@ -412,6 +417,8 @@ impl Session {
         self.messages.dismiss_errors();
         self.loaded = Some(shape);
         self.snapshot = None;
+        self.measurement = None;
+        self.measuring = None;
         self.merge_text = None;
         self.selection.clear();
         self.hidden.clear();

@@ -256,4 +256,6 @@ fn figures_are_shown_for_the_state_they_belong_to() {
     assert!(session.is_measuring() && session.measurement().is_none());
     session.absorb(measured(&second));
     assert!(!session.is_measuring() && session.measurement().is_some());
+    session.absorb(Event::Loaded(loaded()));
+    assert!(session.last_measurement().is_none(), "another shape has other figures");
 }

@@ -107,12 +107,15 @@ fn metrics(session: &Session) -> Option<&Metrics> {
 }
 
 /// Why a figure is missing, where no tooltip should have to be looked for.
+/// What the shape is to blame for is said of all its states, so that nothing
+/// jumps when one of them has not been measured yet.
 fn remark(session: &Session) -> Option<String> {
-    match &session.measurement()?.result {
+    match &session.last_measurement()?.result {
         Err(why) => Some(format!("Not measured: {why}")),
-        Ok(metrics) => {
-            let why = metrics.iou_missing.as_ref()?;
-            let filled = metrics.iou_outside.map(|iou| format!("; with its hollows filled {iou:.3}"));
+        Ok(last) => {
+            let why = last.iou_missing.as_ref()?;
+            let filled = metrics(session).and_then(|m| m.iou_outside);
+            let filled = filled.map(|iou| format!("; with its hollows filled {iou:.3}"));
             Some(format!("No IoU: {why}{}", filled.unwrap_or_default()))
         }
     }
