@@ -23,7 +23,7 @@ use superform::io;
 
 /// What is small, in longest edges: one seed or order in a dozen takes two
 /// parts of the simple scenes for one, which moves the surface by a thousandth.
-const NOISE: f64 = 2e-3;
+const NOISE: f64 = 0.003;
 
 /// A similarity: x ↦ scale·R·x + offset.
 #[derive(Clone, Copy)]
