@@ -31,9 +31,6 @@ struct Proposal {
     shape: Superquadric,
     /// Σ d² of the union.
     sum_d2: f64,
-    /// By how much the merge lowers the energy, or 1 where the paper's test says
-    /// yes.
-    gain: f64,
     reason: String,
 }
 
@@ -74,9 +71,8 @@ fn union(members: &[Vec<u32>], a: usize, b: usize) -> Vec<u32> {
     all
 }
 
-/// The pair of neighbours whose merge lowers the energy most. What a merge
-/// gains changes with its neighbours, too: a remembered gain says which pair to
-/// look at first, not whether it is merged.
+/// The pair of neighbours whose merge lowers the energy most. Fits are
+/// remembered, what a merge gains is not: it changes with the neighbours, too.
 fn best_by_energy(
     state: &State,
     members: &[Vec<u32>],
@@ -96,10 +92,9 @@ fn best_by_energy(
     let fitted: Vec<Option<Proposal>> = missing
         .par_iter()
         .map(|&(a, b)| {
-            let found = layout.propose_merge(&[a, b], before)?;
-            let shape = found.added.first()?.shape;
-            let sum_d2 = sum_squared_radial(&shape, &model.gather(&union(members, a, b)));
-            Some(Proposal { shape, sum_d2, gain: found.gain, reason: String::new() })
+            let (shape, points) = layout.fit_union(&[a, b], before)?;
+            let sum_d2 = sum_squared_radial(&shape, &model.gather(&points));
+            Some(Proposal { shape, sum_d2, reason: String::new() })
         })
         .collect();
     if cancel.is_requested() {
@@ -108,14 +103,18 @@ fn best_by_energy(
     for (&pair, proposal) in missing.iter().zip(fitted) {
         cache.0.insert(key(pair), proposal);
     }
-    let mut known: Vec<((usize, usize), Proposal)> =
-        pairs.iter().filter_map(|&pair| Some((pair, cache.0.get(&key(pair))?.clone()?))).collect();
-    known.sort_by(|a, b| b.1.gain.total_cmp(&a.1.gain));
-    known.into_iter().find_map(|((a, b), mut proposal)| {
-        let gain = before - layout.energy_with(&[a, b], &[Piece::new(model, proposal.shape)]);
-        proposal.reason = merge_reason(gain / energy::scale(model));
-        (gain > 0.0).then_some((a, b, proposal))
-    })
+    let (gain, (a, b), found) = pairs
+        .into_par_iter()
+        .filter_map(|(a, b)| {
+            let found = cache.0.get(&key((a, b)))?.as_ref()?;
+            let gain = before - layout.energy_with(&[a, b], &[Piece::new(model, found.shape)]);
+            (gain > 0.0).then_some((gain, (a, b), found))
+        })
+        .collect::<Vec<_>>()
+        .into_iter()
+        .max_by(|x, y| x.0.total_cmp(&y.0))?;
+    let reason = merge_reason(gain / energy::scale(model));
+    Some((a, b, Proposal { reason, ..found.clone() }))
 }
 
 /// The paper's order: clusters by size, the largest against every smaller one.
@@ -209,7 +208,7 @@ fn propose_by_thresholds(
     } else {
         return None;
     };
-    Some(Proposal { shape: m.shape, sum_d2: joint * n, gain: 1.0, reason })
+    Some(Proposal { shape: m.shape, sum_d2: joint * n, reason })
 }
 
 /// Replaces clusters `a` and `b` by the proposal; the larger one's id stays.

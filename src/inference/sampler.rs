@@ -252,10 +252,10 @@ impl Sampler {
     fn merge_all(&mut self, cancel: &Cancel, occurrences: &mut Vec<Occurrence>) {
         if self.params.merge == MergeRule::Energy {
             refine::merge_all(&mut self.state, &self.params, cancel, occurrences);
-            return;
-        }
-        while let Some(report) = merge_once(&mut self.state, &mut self.cache, &self.params, cancel) {
-            occurrences.push(Occurrence::Merged(report));
+        } else {
+            while let Some(report) = merge_once(&mut self.state, &mut self.cache, &self.params, cancel) {
+                occurrences.push(Occurrence::Merged(report));
+            }
         }
         // Proposals of clusters that have changed since are never asked for again.
         let alive = self.state.clusters.iter().map(|c| c.revision).collect();

@@ -64,7 +64,8 @@ impl Model {
             KdTree::new(&places).mean_spacing(SPACING_NEIGHBORS)
         };
         let graph = RadiusGraph::new(&tree, &points, CONNECTION_RADIUS * spacing, MAX_DEGREE);
-        let field = Field::new(&points, spacing);
+        // Twins would leave the tangent planes without a direction.
+        let field = Field::new(&places, spacing);
         Self { frame, block: points.iter().copied().collect(), points, spacing, graph, field }
     }
 

@@ -473,7 +473,7 @@ fn occurrences_text(snapshot: &Snapshot) -> String {
                 format!("{id} was split (coverage {:.0} %)", 100.0 * coverage)
             }
             Occurrence::Separated { id } => format!("{id} was cut to its largest part"),
-            Occurrence::Cut { id, gain } => format!("{id} was cut in two ({gain:.0} nats shorter)"),
+            Occurrence::Cut { id, gain } => format!("{id} was cut (saves {gain:.4} mean spacings of error)"),
             Occurrence::Froze { id } => format!("{id} froze"),
             Occurrence::Merged(report) => {
                 format!("{} and {} became {}", report.merged.0, report.merged.1, report.into)

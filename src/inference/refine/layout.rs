@@ -118,7 +118,7 @@ impl<'a> Layout<'a> {
     }
 
     /// What the points and the visible surface of each primitive add to the
-    /// energy: no change of it alone can save more.
+    /// energy: about the most that a change of it alone can save.
     pub(crate) fn own_errors(&self) -> Vec<f64> {
         (0..self.pieces().len()).map(|j| self.points_error(j) + self.assembly.surface_cost(j)).collect()
     }
@@ -196,6 +196,13 @@ impl<'a> Layout<'a> {
 
     /// One primitive for the points of several.
     pub(crate) fn propose_merge(&self, list: &[usize], before: f64) -> Option<Proposal> {
+        let (shape, points) = self.fit_union(list, before)?;
+        self.propose(list.to_vec(), vec![(shape, points)], before)
+    }
+
+    /// One primitive for the points of several, and those points; `None` where
+    /// it is far from being worth having.
+    pub(crate) fn fit_union(&self, list: &[usize], before: f64) -> Option<(Superquadric, Vec<u32>)> {
         let mut points: Vec<u32> = list.iter().flat_map(|&j| self.members[j].iter().copied()).collect();
         points.sort_unstable();
         if points.len() <= SMALLEST_CLUSTER {
@@ -217,7 +224,7 @@ impl<'a> Layout<'a> {
             return None;
         }
         let shape = self.two_way(&points, &[start], &self.others(list), PROPOSAL_STEPS)?;
-        self.propose(list.to_vec(), vec![(shape, points)], before)
+        Some((shape, points))
     }
 
     /// One primitive for each part of the points of one; `part` gives the part

@@ -66,9 +66,13 @@ struct Name {
     revision: u64,
 }
 
-/// Refines the state until nothing lowers the energy any more. On a request to
-/// cancel the state is left as it is.
+/// Refines the state until nothing lowers the energy any more, in at most
+/// [`ROUNDS`] rounds. On a request to cancel the clusters are left as they are,
+/// and the state is the caller's to drop.
 pub(crate) fn refine(state: &mut State, params: &Params, cancel: &Cancel, occurrences: &mut Vec<Occurrence>) {
+    if state.clusters.is_empty() {
+        return;
+    }
     let model = state.model.clone();
     let (mut layout, mut names) = start(&model, state, params, cancel);
     layout.assign();
@@ -92,6 +96,7 @@ pub(crate) fn refine(state: &mut State, params: &Params, cancel: &Cancel, occurr
         }
         layout.assign();
     }
+    spare_the_empty(&mut layout, &mut names, &mut reports);
     polish(&mut layout);
     if cancel.is_requested() {
         return;
@@ -162,6 +167,21 @@ fn refit(layout: &mut Layout<'_>, names: &mut [Name], state: &mut State) -> f64 
     energy
 }
 
+/// Removes primitives that no point belongs to.
+fn spare_the_empty(layout: &mut Layout<'_>, names: &mut Vec<Name>, reports: &mut Vec<Occurrence>) {
+    let kept: Vec<bool> = layout.members.iter().map(|m| !m.is_empty()).collect();
+    if kept.iter().all(|k| *k) {
+        return;
+    }
+    let gone = names.iter().zip(&kept).filter(|(_, k)| !**k);
+    reports.extend(gone.map(|(name, _)| Occurrence::Died { id: name.id }));
+    let mut keep = kept.iter();
+    names.retain(|_| keep.next().copied().unwrap_or(true));
+    let pieces = layout.pieces().iter().zip(&kept).filter(|(_, k)| **k).map(|(p, _)| p.clone()).collect();
+    layout.set_pieces(pieces);
+    layout.assign();
+}
+
 /// Fits the final primitives until they rest.
 fn polish(layout: &mut Layout<'_>) {
     let rest = NOTABLE * layout.price_of_one_more();
@@ -189,6 +209,9 @@ fn refit_once(
         .into_par_iter()
         .map(|j| {
             let points = &layout.members[j];
+            if points.is_empty() {
+                return None;
+            }
             let mut starts = vec![layout.pieces()[j].shape];
             if explore && points.len() > SMALLEST_CLUSTER {
                 starts.extend(layout.one_way(points, &starts, Effort::THOROUGH));
@@ -253,7 +276,8 @@ fn new_ideas(layout: &Layout<'_>, names: &[Name], tried: &mut BTreeSet<(Idea, Ve
             Idea::Cut(_, parts, attempt) => Idea::Cut(0, *parts, *attempt),
             Idea::Peel(_) => Idea::Peel(0),
         };
-        tried.insert((kind, revisions))
+        // Whether a primitive can be spared depends on the others.
+        matches!(idea, Idea::Remove(_)) || tried.insert((kind, revisions))
     });
     ideas
 }
@@ -311,7 +335,8 @@ fn accept(
         let mut come = added.clone();
         come.extend(proposal.added.iter().cloned());
         let now = layout.energy_with(&gone, &come);
-        if now >= energy {
+        let falls = now < energy;
+        if !falls {
             continue;
         }
         let gain = (energy - now) / scale;
@@ -333,6 +358,9 @@ fn accept(
         }
         for k in 0..proposal.added.len() {
             let id = if k == 0 { old[0] } else { state.new_id() };
+            if k > 0 {
+                reports.push(Occurrence::Born { id, points: proposal.members[k].len() });
+            }
             added_names.push(Name { id, revision: state.new_revision() });
         }
         added_members.extend(proposal.members);
@@ -351,9 +379,9 @@ fn accept(
     true
 }
 
-/// Why a merge is made, for people.
+/// Why a merge is made, for people: what it saves in all.
 pub(crate) fn merge_reason(gain: f64) -> String {
-    format!("one primitive for both saves {gain:.4} mean spacings of error, its price counted")
+    format!("one primitive in their place saves {gain:.4} mean spacings of error, its price counted")
 }
 
 /// Writes the layout back. Primitives without points go; σ is drawn anew where
@@ -365,7 +393,6 @@ fn take_over(
     params: &Params,
     occurrences: &mut Vec<Occurrence>,
 ) {
-    state.frozen.fill(false);
     let old = std::mem::take(&mut state.clusters);
     let labels = std::mem::replace(&mut state.labels, vec![UNASSIGNED; layout.model.points.len()]);
     for (j, name) in names.iter().enumerate() {
@@ -379,9 +406,6 @@ fn take_over(
             state.labels[i as usize] = state.clusters.len() as u32;
         }
         let before = old.iter().position(|c| c.id == name.id);
-        if before.is_none() {
-            occurrences.push(Occurrence::Born { id: name.id, points: points.len() });
-        }
         let same = before.filter(|&k| {
             let held = labels.iter().filter(|l| **l == k as u32).count();
             old[k].shape == shape
@@ -391,8 +415,11 @@ fn take_over(
         let cluster = match same {
             Some(k) => old[k].clone(),
             None => {
+                for &i in points {
+                    state.frozen[i as usize] = false;
+                }
                 let sum_d2 = sum_squared_radial(&shape, &layout.model.gather(points));
-                let mut rng = stream(params.seed, Purpose::Refined, state.iteration, name.id);
+                let mut rng = stream(params.seed, Purpose::Refined, state.iteration, name.revision as u32);
                 let sigma = layout.model.draw_sigma(sum_d2, points.len(), &mut rng);
                 Cluster { id: name.id, revision: state.new_revision(), shape, sigma }
             }

@@ -153,13 +153,18 @@ fn heap() -> (Model, Vec<Piece>) {
 #[test]
 fn the_error_with_some_replaced_is_that_of_the_new_whole() {
     let (model, pieces) = heap();
-    let (first, rest) = (pieces[..5].to_vec(), pieces[5..].to_vec());
+    let (mut first, rest) = (pieces[..5].to_vec(), pieces[5..].to_vec());
+    // One that all others hide, and more of them than are remembered.
+    let mut small = first[2].shape;
+    small.semi_axes *= 0.05;
+    first.push(Piece::new(&model, small));
+    for k in 0..5 {
+        let grown = Superquadric { semi_axes: small.semi_axes * (4.0 + f64::from(k)), ..small };
+        first.insert(0, Piece::new(&model, grown));
+    }
     let assembly = Assembly::new(&model, first.clone());
-    for removed in [vec![], vec![0], vec![2, 4], vec![0, 1, 2, 3], vec![0, 1, 2, 3, 4]] {
+    for removed in [vec![], vec![0], vec![2, 4], vec![0, 1, 2, 3], vec![0, 1, 2, 3, 4, 7]] {
         for added in [&rest[..0], &rest[..1], &rest[1..], &rest[..]] {
-            if removed.len() == 5 && added.is_empty() {
-                continue;
-            }
             let kept = first.iter().enumerate().filter(|(j, _)| !removed.contains(j)).map(|(_, p)| p);
             let whole = Assembly::new(&model, kept.chain(added).cloned().collect()).error();
             let quick = assembly.error_with(&model, &removed, added);
