@@ -23,7 +23,7 @@ use crate::geometry::{Superquadric, kernel};
 
 /// The mean error, in mean spacings, that a primitive has to save where
 /// [`Params::primitive_cost`] is 1 and there are [`USUAL_COUNT`] of them.
-const PRICE: f64 = 0.0128;
+const PRICE: f64 = 0.0112;
 const USUAL_COUNT: f64 = 8.0;
 /// The price of K primitives grows with this power of K.
 const GROWTH: f64 = 0.6;

@@ -239,9 +239,9 @@ impl<'a> Layout<'a> {
         if parts.len() < 2 {
             return None;
         }
-        let warm = [self.pieces()[j].shape];
+        // Not from the whole, which is near each part's points as well.
         let starts: Vec<Superquadric> =
-            parts.iter().map(|p| self.one_way(p, &warm, Effort::THOROUGH)).collect::<Option<_>>()?;
+            parts.iter().map(|p| self.one_way(p, &[], Effort::THOROUGH)).collect::<Option<_>>()?;
         if !self.promising(&[j], &starts, before) {
             return None;
         }

@@ -214,7 +214,7 @@ fn refit_once(
             }
             let mut starts = vec![layout.pieces()[j].shape];
             if explore && points.len() > SMALLEST_CLUSTER {
-                starts.extend(layout.one_way(points, &starts, Effort::THOROUGH));
+                starts.extend(layout.one_way(points, &[], Effort::THOROUGH));
             }
             let shape = layout.two_way(points, &starts, &layout.others(&[j]), steps)?;
             Some(Piece::new(layout.model, shape))
