@@ -322,26 +322,24 @@ fn gaussian_pass(values: &mut [f64], factor: f64, exponent: f64) {
 
 /// Σ d² over the block.
 pub fn cost(shape: &Superquadric, points: &PointBlock, distance: Distance) -> f64 {
-    let mut sum = 0.0;
-    let c = Coefficients::new(shape);
-    let mut buffer = [0.0; BLOCK];
-    let mut from = 0;
-    while from < points.len() {
-        let to = (from + BLOCK).min(points.len());
-        let out = &mut buffer[..to - from];
-        let (x, y, z) = (&points.x[from..to], &points.y[from..to], &points.z[from..to]);
-        match distance {
-            Distance::Radial => radial_pass(&c, x, y, z, out),
-            Distance::FirstOrder => first_order_pass(&c, x, y, z, out),
-        }
-        sum += out.iter().map(|d| d * d).sum::<f64>();
-        from = to;
-    }
-    sum
+    sum_of_blocks(shape, points, distance, |_, d| d.iter().map(|d| d * d).sum())
 }
 
 /// Σ w·d² over the block, one weight a point.
 pub fn weighted_cost(shape: &Superquadric, points: &PointBlock, weights: &[f64], distance: Distance) -> f64 {
+    sum_of_blocks(shape, points, distance, |from, d| {
+        d.iter().zip(&weights[from..from + d.len()]).map(|(d, w)| w * d * d).sum()
+    })
+}
+
+/// The sum of what `add` makes of the index of the first point and the
+/// distances of each few points: all of them are never held.
+fn sum_of_blocks(
+    shape: &Superquadric,
+    points: &PointBlock,
+    distance: Distance,
+    add: impl Fn(usize, &[f64]) -> f64,
+) -> f64 {
     let mut sum = 0.0;
     let c = Coefficients::new(shape);
     let mut buffer = [0.0; BLOCK];
@@ -354,7 +352,7 @@ pub fn weighted_cost(shape: &Superquadric, points: &PointBlock, weights: &[f64],
             Distance::Radial => radial_pass(&c, x, y, z, out),
             Distance::FirstOrder => first_order_pass(&c, x, y, z, out),
         }
-        sum += out.iter().zip(&weights[from..to]).map(|(d, w)| w * d * d).sum::<f64>();
+        sum += add(from, out);
         from = to;
     }
     sum

@@ -136,6 +136,11 @@ impl Assembly {
         &self.pieces
     }
 
+    /// The pieces, of which none is left.
+    pub(crate) fn take_pieces(&mut self) -> Vec<Piece> {
+        std::mem::take(&mut self.pieces)
+    }
+
     /// The piece nearest to each point; none where there are no pieces.
     pub(crate) fn nearest(&self) -> impl Iterator<Item = Option<u32>> {
         self.nearest.iter().map(|&j| (j != NONE).then_some(j))

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::abstraction::MergeReport;
 use super::adjust::LATE_ITERATION;
-use super::energy::{self, Assembly, Piece};
+use super::energy::{self, Piece};
 use super::fit::{Effort, fit, sum_squared_radial};
 use super::params::{MergeRule, Params};
 use super::refine::{Layout, merge_reason};
@@ -27,7 +27,7 @@ const MEAN_D2: (f64, f64) = (1e-3, 1e-2);
 
 /// One primitive for two clusters.
 #[derive(Debug, Clone)]
-struct Proposal {
+struct Union {
     shape: Superquadric,
     /// Σ d² of the union.
     sum_d2: f64,
@@ -37,7 +37,7 @@ struct Proposal {
 /// Proposals by the revisions of the two clusters: what did not change since
 /// needs no second fit. `None`: tried, and not acceptable.
 #[derive(Debug, Clone, Default)]
-pub(crate) struct MergeCache(BTreeMap<(u64, u64), Option<Proposal>>);
+pub(crate) struct MergeCache(BTreeMap<(u64, u64), Option<Union>>);
 
 impl MergeCache {
     /// Forgets proposals of clusters that are not `alive`, by revision.
@@ -53,11 +53,10 @@ pub(crate) fn merge_once(
     params: &Params,
     cancel: &Cancel,
 ) -> Option<MergeReport> {
-    let members = state.members();
     let (a, b, proposal) = match params.merge {
         MergeRule::None => return None,
-        MergeRule::Energy => best_by_energy(state, &members, cache, params, cancel)?,
-        MergeRule::Paper => first_by_thresholds(state, &members, cache, params, cancel)?,
+        MergeRule::Energy => best_by_energy(state, cache, params, cancel)?,
+        MergeRule::Paper => first_by_thresholds(state, &state.members(), cache, params, cancel)?,
     };
     if cancel.is_requested() {
         return None;
@@ -75,26 +74,23 @@ fn union(members: &[Vec<u32>], a: usize, b: usize) -> Vec<u32> {
 /// remembered, what a merge gains is not: it changes with the neighbours, too.
 fn best_by_energy(
     state: &State,
-    members: &[Vec<u32>],
     cache: &mut MergeCache,
     params: &Params,
     cancel: &Cancel,
-) -> Option<(usize, usize, Proposal)> {
+) -> Option<(usize, usize, Union)> {
     let model = &state.model;
-    let pieces = state.clusters.par_iter().map(|c| Piece::new(model, c.shape)).collect();
-    let assembly = Assembly::new(model, pieces);
-    let layout = Layout { model, params, cancel, assembly, members: members.to_vec() };
+    let layout = Layout::of(model, state, params, cancel);
     let before = layout.energy();
     let key = |(a, b): (usize, usize)| (state.clusters[a].revision, state.clusters[b].revision);
     let pairs = layout.neighbors();
     let missing: Vec<(usize, usize)> =
         pairs.iter().copied().filter(|&pair| !cache.0.contains_key(&key(pair))).collect();
-    let fitted: Vec<Option<Proposal>> = missing
+    let fitted: Vec<Option<Union>> = missing
         .par_iter()
         .map(|&(a, b)| {
             let (shape, points) = layout.fit_union(&[a, b], before)?;
             let sum_d2 = sum_squared_radial(&shape, &model.gather(&points));
-            Some(Proposal { shape, sum_d2, reason: String::new() })
+            Some(Union { shape, sum_d2, reason: String::new() })
         })
         .collect();
     if cancel.is_requested() {
@@ -114,7 +110,7 @@ fn best_by_energy(
         .into_iter()
         .max_by(|x, y| x.0.total_cmp(&y.0))?;
     let reason = merge_reason(gain / energy::scale(model));
-    Some((a, b, Proposal { reason, ..found.clone() }))
+    Some((a, b, Union { reason, ..found.clone() }))
 }
 
 /// The paper's order: clusters by size, the largest against every smaller one.
@@ -124,7 +120,7 @@ fn first_by_thresholds(
     cache: &mut MergeCache,
     params: &Params,
     cancel: &Cancel,
-) -> Option<(usize, usize, Proposal)> {
+) -> Option<(usize, usize, Union)> {
     let mut order: Vec<usize> = (0..members.len()).collect();
     order.sort_by_key(|&j| (std::cmp::Reverse(members[j].len()), j));
     for (rank, &a) in order.iter().enumerate() {
@@ -155,7 +151,7 @@ fn propose_by_thresholds(
     (a, b): (usize, usize),
     params: &Params,
     cancel: &Cancel,
-) -> Option<Proposal> {
+) -> Option<Union> {
     let model = &state.model;
     let (first, second) = (&state.clusters[a].shape, &state.clusters[b].shape);
     let parts = [model.gather(&members[a]), model.gather(&members[b])];
@@ -208,11 +204,11 @@ fn propose_by_thresholds(
     } else {
         return None;
     };
-    Some(Proposal { shape: m.shape, sum_d2: joint * n, reason })
+    Some(Union { shape: m.shape, sum_d2: joint * n, reason })
 }
 
 /// Replaces clusters `a` and `b` by the proposal; the larger one's id stays.
-fn apply(state: &mut State, params: &Params, a: usize, b: usize, proposal: Proposal) -> MergeReport {
+fn apply(state: &mut State, params: &Params, a: usize, b: usize, proposal: Union) -> MergeReport {
     let members = state.members();
     let (keep, drop) = if members[b].len() > members[a].len() { (b, a) } else { (a, b) };
     let n = members[a].len() + members[b].len();

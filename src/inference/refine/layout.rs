@@ -2,12 +2,14 @@
 
 use std::collections::BTreeSet;
 
+use rayon::prelude::*;
+
 use super::super::abstraction::UNASSIGNED;
 use super::super::energy::{self, Assembly, OUTLIER_SPACINGS, Piece, is_lonely};
 use super::super::fit::{Effort, fit};
 use super::super::params::Params;
 use super::super::sampler::Cancel;
-use super::super::state::{Model, SMALLEST_CLUSTER};
+use super::super::state::{Model, SMALLEST_CLUSTER, State};
 use super::super::two_way::{Surroundings, rounded};
 use crate::geometry::Superquadric;
 
@@ -45,12 +47,21 @@ pub(crate) struct Proposal {
 }
 
 impl<'a> Layout<'a> {
+    /// The state as a layout: its labels are the members.
+    pub(crate) fn of(model: &'a Model, state: &State, params: &'a Params, cancel: &'a Cancel) -> Self {
+        let pieces = state.clusters.par_iter().map(|c| Piece::new(model, c.shape)).collect();
+        let assembly = Assembly::new(model, pieces);
+        Self { model, params, cancel, assembly, members: state.members() }
+    }
+
     pub(crate) fn pieces(&self) -> &[Piece] {
         self.assembly.pieces()
     }
 
-    /// Takes other pieces.
-    pub(crate) fn set_pieces(&mut self, pieces: Vec<Piece>) {
+    /// Changes the list of pieces.
+    pub(crate) fn change_pieces(&mut self, change: impl FnOnce(&mut Vec<Piece>)) {
+        let mut pieces = self.assembly.take_pieces();
+        change(&mut pieces);
         self.assembly = Assembly::new(self.model, pieces);
     }
 

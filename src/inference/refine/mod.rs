@@ -10,12 +10,12 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use super::abstraction::{MergeReport, Occurrence, UNASSIGNED};
-use super::energy::{self, Assembly, Piece};
+use super::energy::{self, Piece};
 use super::fit::{Effort, sum_squared_radial};
 use super::kmeans::kmeans;
 use super::params::{MergeRule, Params};
 use super::sampler::Cancel;
-use super::state::{Cluster, Model, SMALLEST_CLUSTER, State};
+use super::state::{Cluster, SMALLEST_CLUSTER, State};
 use super::streams::{Purpose, stream};
 pub(crate) use layout::Layout;
 use layout::Proposal;
@@ -74,7 +74,7 @@ pub(crate) fn refine(state: &mut State, params: &Params, cancel: &Cancel, occurr
         return;
     }
     let model = state.model.clone();
-    let (mut layout, mut names) = start(&model, state, params, cancel);
+    let (mut layout, mut names) = (Layout::of(&model, state, params, cancel), names_of(state));
     layout.assign();
     let mut tried = BTreeSet::new();
     let mut reports = Vec::new();
@@ -114,7 +114,7 @@ pub(crate) fn merge_all(
     occurrences: &mut Vec<Occurrence>,
 ) {
     let model = state.model.clone();
-    let (mut layout, mut names) = start(&model, state, params, cancel);
+    let (mut layout, mut names) = (Layout::of(&model, state, params, cancel), names_of(state));
     let mut tried = BTreeSet::new();
     let mut reports = Vec::new();
     loop {
@@ -139,17 +139,8 @@ pub(crate) fn merge_all(
     take_over(state, &layout, &names, params, occurrences);
 }
 
-/// The state as a layout: its labels are the members.
-fn start<'a>(
-    model: &'a Model,
-    state: &State,
-    params: &'a Params,
-    cancel: &'a Cancel,
-) -> (Layout<'a>, Vec<Name>) {
-    let pieces = state.clusters.par_iter().map(|c| Piece::new(model, c.shape)).collect();
-    let assembly = Assembly::new(model, pieces);
-    let names = state.clusters.iter().map(|c| Name { id: c.id, revision: c.revision }).collect();
-    (Layout { model, params, cancel, assembly, members: state.members() }, names)
+fn names_of(state: &State) -> Vec<Name> {
+    state.clusters.iter().map(|c| Name { id: c.id, revision: c.revision }).collect()
 }
 
 /// Fits every primitive to its points and what is around it, and keeps what
@@ -175,11 +166,15 @@ fn spare_the_empty(layout: &mut Layout<'_>, names: &mut Vec<Name>, reports: &mut
     }
     let gone = names.iter().zip(&kept).filter(|(_, k)| !**k);
     reports.extend(gone.map(|(name, _)| Occurrence::Died { id: name.id }));
-    let mut keep = kept.iter();
-    names.retain(|_| keep.next().copied().unwrap_or(true));
-    let pieces = layout.pieces().iter().zip(&kept).filter(|(_, k)| **k).map(|(p, _)| p.clone()).collect();
-    layout.set_pieces(pieces);
+    keep_marked(names, &kept);
+    layout.change_pieces(|pieces| keep_marked(pieces, &kept));
     layout.assign();
+}
+
+/// Keeps what is marked.
+fn keep_marked<T>(list: &mut Vec<T>, marks: &[bool]) {
+    let mut marks = marks.iter();
+    list.retain(|_| marks.next().copied().unwrap_or(true));
 }
 
 /// Fits the final primitives until they rest.
@@ -235,11 +230,11 @@ fn refit_once(
             new.pop();
         }
     }
-    let mut pieces = layout.pieces().to_vec();
-    for (j, piece) in old.into_iter().zip(new) {
-        pieces[j] = piece;
-    }
-    layout.set_pieces(pieces);
+    layout.change_pieces(|pieces| {
+        for (j, piece) in old.into_iter().zip(new) {
+            pieces[j] = piece;
+        }
+    });
     layout.assign();
     energy
 }
@@ -331,12 +326,14 @@ fn accept(
         if proposal.removed.iter().any(|j| removed.contains(j)) {
             continue;
         }
-        let gone = [&removed[..], &proposal.removed].concat();
-        let mut come = added.clone();
-        come.extend(proposal.added.iter().cloned());
-        let now = layout.energy_with(&gone, &come);
+        let (gone, come) = (removed.len(), added.len());
+        removed.extend(&proposal.removed);
+        added.extend(proposal.added);
+        let now = layout.energy_with(&removed, &added);
         let falls = now < energy;
         if !falls {
+            removed.truncate(gone);
+            added.truncate(come);
             continue;
         }
         let gain = (energy - now) / scale;
@@ -356,7 +353,7 @@ fn accept(
             })),
             Idea::Cut(..) | Idea::Peel(_) => reports.push(Occurrence::Cut { id: old[0], gain }),
         }
-        for k in 0..proposal.added.len() {
+        for k in 0..proposal.members.len() {
             let id = if k == 0 { old[0] } else { state.new_id() };
             if k > 0 {
                 reports.push(Occurrence::Born { id, points: proposal.members[k].len() });
@@ -364,18 +361,20 @@ fn accept(
             added_names.push(Name { id, revision: state.new_revision() });
         }
         added_members.extend(proposal.members);
-        (energy, removed, added) = (now, gone, come);
+        energy = now;
     }
     if removed.is_empty() {
         return false;
     }
-    let kept = |j: &usize| !removed.contains(j);
-    *names = (0..names.len()).filter(kept).map(|j| names[j]).chain(added_names).collect();
-    let members = std::mem::take(&mut layout.members);
-    let kept_members = members.into_iter().enumerate().filter(|(j, _)| kept(j)).map(|(_, m)| m);
-    layout.members = kept_members.chain(added_members).collect();
-    let pieces = layout.pieces().iter().enumerate().filter(|(j, _)| kept(j)).map(|(_, p)| p.clone());
-    layout.set_pieces(pieces.chain(added).collect());
+    let kept: Vec<bool> = (0..names.len()).map(|j| !removed.contains(&j)).collect();
+    keep_marked(names, &kept);
+    names.extend(added_names);
+    keep_marked(&mut layout.members, &kept);
+    layout.members.extend(added_members);
+    layout.change_pieces(|pieces| {
+        keep_marked(pieces, &kept);
+        pieces.extend(added);
+    });
     true
 }
 
@@ -395,6 +394,10 @@ fn take_over(
 ) {
     let old = std::mem::take(&mut state.clusters);
     let labels = std::mem::replace(&mut state.labels, vec![UNASSIGNED; layout.model.points.len()]);
+    let mut sizes = vec![0; old.len()];
+    for &l in labels.iter().filter(|l| **l != UNASSIGNED) {
+        sizes[l as usize] += 1;
+    }
     for (j, name) in names.iter().enumerate() {
         let points = &layout.members[j];
         if points.is_empty() {
@@ -407,9 +410,8 @@ fn take_over(
         }
         let before = old.iter().position(|c| c.id == name.id);
         let same = before.filter(|&k| {
-            let held = labels.iter().filter(|l| **l == k as u32).count();
             old[k].shape == shape
-                && held == points.len()
+                && sizes[k] == points.len()
                 && points.iter().all(|&i| labels[i as usize] == k as u32)
         });
         let cluster = match same {
