@@ -1,6 +1,7 @@
 //! The frames in which shapes of any size and place are computed alike.
 
 use nalgebra::{Point3, Vector3};
+use rayon::prelude::*;
 
 use super::mesh::bounds;
 
@@ -30,14 +31,21 @@ impl Frame {
     /// however far, do not change it. As [`Frame::around`] where half of the
     /// points share a place.
     pub(super) fn amid(points: &[Point3<f64>]) -> Self {
-        let median = |mut values: Vec<f64>| {
+        let median = |values: &mut [f64]| {
             let middle = values.len() / 2;
             if values.is_empty() { 0.0 } else { *values.select_nth_unstable_by(middle, f64::total_cmp).1 }
         };
-        let center = Vector3::from_fn(|axis, _| median(points.iter().map(|p| p[axis]).collect()));
-        let spread = Vector3::from_fn(|axis, _| {
-            median(points.iter().map(|p| (p[axis] - center[axis]).abs()).collect())
-        });
+        let axes: Vec<(f64, f64)> = (0..3)
+            .into_par_iter()
+            .map(|axis| {
+                let mut values: Vec<f64> = points.iter().map(|p| p[axis]).collect();
+                let center = median(&mut values);
+                values.iter_mut().for_each(|v| *v = (*v - center).abs());
+                (center, median(&mut values))
+            })
+            .collect();
+        let center = Vector3::from_fn(|axis, _| axes[axis].0);
+        let spread = Vector3::from_fn(|axis, _| axes[axis].1);
         let half_extent = spread.max();
         if half_extent > 0.0 && half_extent.is_finite() {
             Self { center, half_extent }

@@ -5,10 +5,13 @@
 //! a few points each. So do sparse parts of a surface that is sampled unevenly;
 //! but those lie on a sheet of their own, whereas outliers fill space.
 
+use std::ops::ControlFlow;
+
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 
 use super::frame::Frame;
+use super::morton::short_code;
 use super::neighbors::KdTree;
 
 /// Clouds of up to this many places are too small to tell.
@@ -22,6 +25,14 @@ const SPACING_NEIGHBORS: usize = 5;
 const SPACING_QUERIES: usize = 40_000;
 /// Points within this many mean spacings are connected.
 const CONNECTION_RADIUS: f64 = 2.0;
+/// Points are tried for being connected with so many that follow them along the
+/// curve before a tree is asked.
+const FOLLOWERS: usize = 6;
+/// Points whose neighbours are looked up at once.
+const BLOCK: usize = 1 << 16;
+/// Half the box that places are ordered in, in median distances: beyond it
+/// their order is a poor one, no more.
+const ORDERED: f64 = 16.0;
 /// An isolated point within this many mean spacings of the shape is near it.
 const NEAR: f64 = 3.0;
 /// Outliers raise s̄, and with it the distance at which they count as
@@ -114,7 +125,8 @@ pub(super) fn find_isolated(points: &[Point3<f64>], members: &[u32]) -> Isolated
 
 /// The distinct places of a cloud.
 struct Places {
-    /// In a frame that far points do not shrink, in an order of their own.
+    /// In a frame that far points do not shrink, along a space-filling curve,
+    /// so that queries of one after another find the same nodes in the cache.
     positions: Vec<Point3<f64>>,
     /// The place of each member.
     of_member: Vec<u32>,
@@ -122,21 +134,32 @@ struct Places {
 
 impl Places {
     fn new(points: &[Point3<f64>], members: &[u32]) -> Self {
+        let place = |at: u32| points[members[at as usize] as usize];
         // + 0.0 makes one zero of the two.
-        let key = |i: u32| points[i as usize].coords.map(|c| (c + 0.0).to_bits());
-        let mut sorted: Vec<([u64; 3], u32)> =
-            members.par_iter().zip(0u32..members.len() as u32).map(|(&i, at)| (key(i).into(), at)).collect();
-        sorted.par_sort_unstable();
+        let bits = |at: u32| -> [u64; 3] { place(at).coords.map(|c| (c + 0.0).to_bits()).into() };
+        let all: Vec<Point3<f64>> = members.par_iter().map(|&i| points[i as usize]).collect();
+        let frame = Frame::amid(&all);
+        let mut sorted: Vec<(u64, u32)> = all
+            .par_iter()
+            .zip(0u32..members.len() as u32)
+            .map(|(p, at)| (short_code(&(frame.local(p) / ORDERED)), at))
+            .collect();
+        // Ties by place and not by index: the order of the points is of no matter.
+        sorted.par_sort_unstable_by(|a, b| a.0.cmp(&b.0).then_with(|| bits(a.1).cmp(&bits(b.1))));
         let mut of_member = vec![0; members.len()];
-        let mut distinct: Vec<Point3<f64>> = Vec::new();
-        for place in sorted.chunk_by(|a, b| a.0 == b.0) {
-            for &(_, at) in place {
-                of_member[at as usize] = distinct.len() as u32;
+        let mut distinct: Vec<Point3<f64>> = Vec::with_capacity(members.len());
+        let mut last = None;
+        for &(_, at) in &sorted {
+            let bits = bits(at);
+            if last != Some(bits) {
+                last = Some(bits);
+                distinct.push(place(at));
             }
-            distinct.push(points[members[place[0].1 as usize] as usize]);
+            of_member[at as usize] = distinct.len() as u32 - 1;
         }
-        let frame = Frame::amid(&distinct);
-        Self { positions: distinct.par_iter().map(|p| frame.local(p)).collect(), of_member }
+        let frame = if distinct.len() < members.len() { Frame::amid(&distinct) } else { frame };
+        distinct.par_iter_mut().for_each(|p| *p = frame.local(p));
+        Self { positions: distinct, of_member }
     }
 }
 
@@ -155,9 +178,9 @@ fn mean_spacing(tree: &KdTree, points: &[Point3<f64>]) -> f64 {
     let means: Vec<f64> = points
         .par_iter()
         .step_by(step)
-        .map(|p| {
+        .map_init(Vec::new, |found, p| {
             // The nearest hit is the point itself.
-            let found = tree.nearest(p, SPACING_NEIGHBORS + 1);
+            tree.nearest_into(p, SPACING_NEIGHBORS + 1, found);
             let others = found.len().saturating_sub(1).max(1) as f64;
             found.iter().skip(1).map(|(d2, _)| d2.sqrt()).sum::<f64>() / others
         })
@@ -166,44 +189,110 @@ fn mean_spacing(tree: &KdTree, points: &[Point3<f64>]) -> f64 {
 }
 
 /// Whether each point is in a connected component of at most
-/// [`LARGEST_COMPONENT`] points. A component is followed only until it is known
-/// to be larger, so that each point is looked at a few times, however dense.
+/// [`LARGEST_COMPONENT`] points.
+///
+/// Points that follow each other along the curve are joined first, which shows
+/// most of a surface to be large. Of the others the neighbours are looked up,
+/// until one is known to be in a large component or there are too many for a
+/// small one: so each point is looked at a few times, however dense.
 fn in_small_components(tree: &KdTree, points: &[Point3<f64>], radius: f64) -> Vec<bool> {
-    #[derive(Clone, Copy, PartialEq)]
-    enum Component {
-        Unknown,
-        Followed,
-        Small,
-        Large,
-    }
-    let mut component = vec![Component::Unknown; points.len()];
-    let mut part: Vec<u32> = Vec::new();
-    for first in 0..points.len() as u32 {
-        if component[first as usize] != Component::Unknown {
-            continue;
+    let r2 = radius * radius;
+    let mut parts = Parts::of(points.len() as u32);
+    for (i, p) in (0u32..).zip(points) {
+        for (j, q) in (i + 1..).zip(points[i as usize + 1..].iter().take(FOLLOWERS)) {
+            if (p - q).norm_squared() <= r2 {
+                parts.join(i, j);
+            }
         }
-        component[first as usize] = Component::Followed;
-        part.clear();
-        part.push(first);
-        let mut joined = false;
-        let mut next = 0;
-        while next < part.len() && part.len() <= LARGEST_COMPONENT && !joined {
-            tree.within(&points[part[next] as usize], radius, |_, j| match component[j as usize] {
-                Component::Unknown => {
-                    component[j as usize] = Component::Followed;
-                    part.push(j);
+    }
+    let mut is_large: Vec<bool> = (0..points.len() as u32).map(|i| parts.is_large(i)).collect();
+    let unknown: Vec<u32> = (0..points.len() as u32).filter(|&i| !is_large[i as usize]).collect();
+    for block in unknown.chunks(BLOCK) {
+        let found: Vec<Neighborhood> = block
+            .par_iter()
+            .with_min_len(256)
+            .map(|&i| Neighborhood::of(i, tree, &points[i as usize], radius, &is_large))
+            .collect();
+        for (&i, neighborhood) in block.iter().zip(found) {
+            match neighborhood {
+                Neighborhood::Large => {
+                    parts.enlarge(i);
+                    is_large[i as usize] = true;
                 }
-                Component::Large => joined = true,
-                Component::Followed | Component::Small => {}
-            });
-            next += 1;
-        }
-        let large = joined || part.len() > LARGEST_COMPONENT;
-        for &i in &part {
-            component[i as usize] = if large { Component::Large } else { Component::Small };
+                Neighborhood::Few(neighbors) => neighbors.into_iter().for_each(|j| parts.join(i, j)),
+            }
         }
     }
-    component.into_iter().map(|c| c == Component::Small).collect()
+    (0..points.len() as u32).map(|i| !parts.is_large(i)).collect()
+}
+
+/// What is around a point.
+enum Neighborhood {
+    /// Enough for a large component.
+    Large,
+    /// All within the radius.
+    Few(Vec<u32>),
+}
+
+impl Neighborhood {
+    fn of(i: u32, tree: &KdTree, p: &Point3<f64>, radius: f64, is_large: &[bool]) -> Self {
+        let mut neighbors = Vec::new();
+        let end = tree.within_until(p, radius, |_, j| {
+            if is_large[j as usize] || neighbors.len() == LARGEST_COMPONENT {
+                return ControlFlow::Break(());
+            }
+            if j != i {
+                neighbors.push(j);
+            }
+            ControlFlow::Continue(())
+        });
+        if end.is_break() { Self::Large } else { Self::Few(neighbors) }
+    }
+}
+
+/// Disjoint sets of points, which count up to where they are large.
+struct Parts {
+    parent: Vec<u32>,
+    /// Of a root: points of its set, as far as it matters.
+    size: Vec<u8>,
+}
+
+impl Parts {
+    fn of(count: u32) -> Self {
+        Self { parent: (0..count).collect(), size: vec![1; count as usize] }
+    }
+
+    fn root(&mut self, mut i: u32) -> u32 {
+        while self.parent[i as usize] != i {
+            let above = self.parent[self.parent[i as usize] as usize];
+            self.parent[i as usize] = above;
+            i = above;
+        }
+        i
+    }
+
+    fn join(&mut self, i: u32, j: u32) {
+        let (i, j) = (self.root(i), self.root(j));
+        if i != j {
+            let (small, large) = if self.size[i as usize] < self.size[j as usize] { (i, j) } else { (j, i) };
+            self.parent[small as usize] = large;
+            let sum = self.size[small as usize] + self.size[large as usize];
+            self.size[large as usize] = sum.min(Self::LARGE);
+        }
+    }
+
+    const LARGE: u8 = LARGEST_COMPONENT as u8 + 1;
+
+    /// Marks a point's set as large.
+    fn enlarge(&mut self, i: u32) {
+        let root = self.root(i);
+        self.size[root as usize] = Self::LARGE;
+    }
+
+    fn is_large(&mut self, i: u32) -> bool {
+        let root = self.root(i);
+        self.size[root as usize] == Self::LARGE
+    }
 }
 
 /// Whether each point lies on a sheet (or line) of points: amid others, most of
@@ -216,8 +305,8 @@ fn on_sheets(points: &[Point3<f64>]) -> Vec<bool> {
     let tree = KdTree::new(points);
     let neighbors: Vec<[u32; SHEET_NEIGHBORS]> = (0..points.len() as u32)
         .into_par_iter()
-        .map(|i| {
-            let found = tree.nearest(&points[i as usize], SHEET_NEIGHBORS + 1);
+        .map_init(Vec::new, |found, i| {
+            tree.nearest_into(&points[i as usize], SHEET_NEIGHBORS + 1, found);
             let mut others = found.iter().map(|f| f.1).filter(|&j| j != i);
             std::array::from_fn(|_| others.next().unwrap_or(i))
         })
@@ -251,7 +340,62 @@ impl Surroundings {
         let covariance = squares / SHEET_NEIGHBORS as f64;
         let variance = covariance.trace();
         let is_amid = mean.norm_squared() <= OFFSET * OFFSET * variance;
-        let is_flat = is_amid && covariance.symmetric_eigenvalues().min() <= ACROSS * variance;
+        let is_flat = is_amid && !is_above(&covariance, ACROSS * variance);
         Self { is_amid, is_flat }
+    }
+}
+
+/// Whether all eigenvalues of a symmetric matrix are larger than `bound`: by
+/// Sylvester, the leading minors of the matrix less `bound` are positive.
+fn is_above(matrix: &Matrix3<f64>, bound: f64) -> bool {
+    let m = matrix - Matrix3::from_diagonal_element(bound);
+    let minor = m[(0, 0)] * m[(1, 1)] - m[(0, 1)] * m[(0, 1)];
+    m[(0, 0)] > 0.0 && minor > 0.0 && m.determinant() > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use rand::{RngExt, SeedableRng};
+
+    #[test]
+    fn small_components_are_those_that_following_all_neighbours_finds() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(7);
+        let points: Vec<Point3<f64>> =
+            (0..4000).map(|_| Point3::from(Vector3::from_fn(|_, _| rng.random::<f64>()))).collect();
+        let tree = KdTree::new(&points);
+        // From loose pairs to one component, with those of about 20 in between.
+        for radius in [0.01, 0.03, 0.045, 0.055, 0.07, 0.2] {
+            let mut size = vec![0; points.len()];
+            let mut seen = vec![false; points.len()];
+            for first in 0..points.len() {
+                let mut part = if seen[first] { vec![] } else { vec![first] };
+                seen[first] = true;
+                let mut next = 0;
+                while next < part.len() {
+                    tree.within(&points[part[next]], radius, |_, j| {
+                        if !std::mem::replace(&mut seen[j as usize], true) {
+                            part.push(j as usize);
+                        }
+                    });
+                    next += 1;
+                }
+                part.iter().for_each(|&i| size[i] = part.len());
+            }
+            let expected: Vec<bool> = size.iter().map(|&n| n <= LARGEST_COMPONENT).collect();
+            assert_eq!(in_small_components(&tree, &points, radius), expected, "radius {radius}");
+        }
+    }
+
+    #[test]
+    fn the_minors_tell_what_the_eigenvalues_tell() {
+        let mut rng = rand_chacha::ChaCha8Rng::seed_from_u64(8);
+        for _ in 0..500 {
+            let half = Matrix3::from_fn(|_, _| rng.random_range(-1.0..1.0f64));
+            let matrix = half * half.transpose();
+            let least = matrix.symmetric_eigenvalues().min();
+            assert!(is_above(&matrix, least - 1e-6));
+            assert!(!is_above(&matrix, least + 1e-6));
+        }
     }
 }

@@ -62,12 +62,17 @@ impl MortonOrder {
         Some(Level { depth, cell: 2.0 / (1u64 << depth) as f64 })
     }
 
+    /// The occupied cells of the given depth: the code and index of each of
+    /// their points.
+    pub(super) fn cells(&self, depth: usize) -> impl ParallelIterator<Item = &[(u128, u32)]> {
+        let shift = 3 * (DEPTH - depth);
+        self.sorted.par_chunk_by(move |a, b| a.0 >> shift == b.0 >> shift)
+    }
+
     /// One point (index) of each cell of the given depth: the one nearest to
     /// the mean of the cell's points.
     pub(super) fn thinned(&self, points: &[Point3<f64>], depth: usize) -> Vec<u32> {
-        let shift = 3 * (DEPTH - depth);
-        self.sorted
-            .chunk_by(|a, b| a.0 >> shift == b.0 >> shift)
+        self.cells(depth)
             .map(|cell| {
                 let at = |i: u32| points[i as usize].coords;
                 let mean = cell.iter().map(|c| at(c.1)).sum::<Vector3<f64>>() / cell.len() as f64;
@@ -93,15 +98,25 @@ fn code(p: &Point3<f64>) -> u128 {
 
 /// Puts two zero bits between the lowest 42 bits of `v`.
 fn spread(v: u64) -> u128 {
-    // 21 bits at a time fit the well-known 64-bit masks.
-    let part = |mut x: u64| {
-        x = (x | x << 32) & 0x001f_0000_0000_ffff;
-        x = (x | x << 16) & 0x001f_0000_ff00_00ff;
-        x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
-        x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
-        (x | x << 2) & 0x1249_2492_4924_9249
-    };
-    u128::from(part(v & 0x1f_ffff)) | u128::from(part(v >> 21)) << 63
+    u128::from(spread_short(v & 0x1f_ffff)) | u128::from(spread_short(v >> 21)) << 63
+}
+
+/// Puts two zero bits between the lowest 21 bits of `x`: as many as fit the
+/// well-known 64-bit masks.
+fn spread_short(mut x: u64) -> u64 {
+    x = (x | x << 32) & 0x001f_0000_0000_ffff;
+    x = (x | x << 16) & 0x001f_0000_ff00_00ff;
+    x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
+    x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
+    (x | x << 2) & 0x1249_2492_4924_9249
+}
+
+/// A Morton code of 21 bits an axis, for a point of the box [−1, 1]³ (others
+/// count as on its border): points that are near each other get near codes.
+pub(super) fn short_code(p: &Point3<f64>) -> u64 {
+    let top = (1u64 << 21) - 1;
+    let weave = |c: f64| spread_short((((c + 1.0) * 0.5 * (top + 1) as f64) as u64).min(top));
+    weave(p.x) << 2 | weave(p.y) << 1 | weave(p.z)
 }
 
 #[cfg(test)]

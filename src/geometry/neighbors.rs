@@ -1,10 +1,18 @@
 //! Nearest neighbours, the radius graph of a cloud, and its connected
 //! components.
 
+use std::ops::ControlFlow;
+
 use nalgebra::Point3;
+use rayon::prelude::*;
 
 /// Largest number of points in a leaf of the tree.
 const LEAF: usize = 8;
+/// Parts of the tree with more points than this are built side by side.
+const SPLIT_WORK: usize = 1 << 13;
+/// Halves of the tree that wait to be searched: one a level at most, and a
+/// tree of 2³² points has fewer levels.
+const DEEPEST: usize = 40;
 
 /// A balanced k-d tree over a fixed set of points. Any input is fine:
 /// duplicates, flat and linear clouds.
@@ -38,22 +46,45 @@ impl KdTree {
     /// The `k` nearest points to `query` as (squared distance, index), nearest
     /// first; fewer where the cloud is smaller.
     pub fn nearest(&self, query: &Point3<f64>, k: usize) -> Vec<(f64, u32)> {
-        let mut found = Vec::with_capacity(k + 1);
-        if k > 0 {
-            self.nearest_in(0, self.points.len(), query, k, &mut found);
-        }
+        let mut found = Vec::with_capacity(k);
+        self.nearest_into(query, k, &mut found);
         found
     }
 
-    fn nearest_in(&self, lo: usize, hi: usize, query: &Point3<f64>, k: usize, found: &mut Vec<(f64, u32)>) {
+    /// As [`KdTree::nearest`], into a vector that is cleared first: many
+    /// queries need no memory of their own.
+    pub fn nearest_into(&self, query: &Point3<f64>, k: usize, found: &mut Vec<(f64, u32)>) {
+        found.clear();
+        if k > 0 {
+            self.nearest_in((0, self.points.len()), query, [0.0; 3], k, found);
+        }
+    }
+
+    /// `beyond` is how far the query lies outside the part's box along each
+    /// axis, as far as the splits so far tell.
+    fn nearest_in(
+        &self,
+        (lo, hi): (usize, usize),
+        query: &Point3<f64>,
+        beyond: [f64; 3],
+        k: usize,
+        found: &mut Vec<(f64, u32)>,
+    ) {
         let mut offer = |i: usize| {
-            let d2 = (self.points[i] - query).norm_squared();
-            let candidate = (d2, self.index[i]);
-            if found.len() < k || candidate < found[k - 1] {
-                let at = found.partition_point(|f| *f < candidate);
-                found.insert(at, candidate);
-                found.truncate(k);
+            let candidate = ((self.points[i] - query).norm_squared(), self.index[i]);
+            if found.len() < k {
+                found.push(candidate);
+            } else if candidate < found[k - 1] {
+                found[k - 1] = candidate;
+            } else {
+                return;
             }
+            let mut at = found.len() - 1;
+            while at > 0 && candidate < found[at - 1] {
+                found[at] = found[at - 1];
+                at -= 1;
+            }
+            found[at] = candidate;
         };
         if hi - lo <= LEAF {
             (lo..hi).for_each(offer);
@@ -61,11 +92,17 @@ impl KdTree {
         }
         let mid = lo + (hi - lo) / 2;
         offer(mid);
-        let offset = query[self.axis[mid] as usize] - self.points[mid][self.axis[mid] as usize];
-        let (near, far) = if offset < 0.0 { ((lo, mid), (mid + 1, hi)) } else { ((mid + 1, hi), (lo, mid)) };
-        self.nearest_in(near.0, near.1, query, k, found);
-        if found.len() < k || offset * offset <= found[k - 1].0 {
-            self.nearest_in(far.0, far.1, query, k, found);
+        let axis = self.axis[mid] as usize;
+        let offset = self.points[mid][axis] - query[axis];
+        let (near, far) = if offset > 0.0 { ((lo, mid), (mid + 1, hi)) } else { ((mid + 1, hi), (lo, mid)) };
+        self.nearest_in(near, query, beyond, k, found);
+        let mut farther = beyond;
+        farther[axis] = offset;
+        // Summed as the distances of points are: rounding can't make the box
+        // farther than a point in it.
+        let [x, y, z] = farther;
+        if found.len() < k || x * x + y * y + z * z <= found[k - 1].0 {
+            self.nearest_in(far, query, farther, k, found);
         }
     }
 
@@ -103,38 +140,59 @@ impl KdTree {
     /// Calls `visit` with (squared distance, index) for every point within
     /// `radius` of `query`, in tree order.
     pub fn within(&self, query: &Point3<f64>, radius: f64, mut visit: impl FnMut(f64, u32)) {
+        let _ = self.within_until(query, radius, |d2, i| {
+            visit(d2, i);
+            ControlFlow::<()>::Continue(())
+        });
+    }
+
+    /// As [`KdTree::within`], until `visit` breaks off; what it broke off with.
+    pub fn within_until<B>(
+        &self,
+        query: &Point3<f64>,
+        radius: f64,
+        mut visit: impl FnMut(f64, u32) -> ControlFlow<B>,
+    ) -> ControlFlow<B> {
         let r2 = radius * radius;
-        let mut stack = vec![(0, self.points.len())];
-        while let Some((lo, hi)) = stack.pop() {
+        let mut visit_near = |i: usize| {
+            let d2 = (self.points[i] - query).norm_squared();
+            if d2 <= r2 { visit(d2, self.index[i]) } else { ControlFlow::Continue(()) }
+        };
+        let mut stack = [(0, 0); DEEPEST];
+        stack[0] = (0, self.points.len());
+        let mut waiting = 1;
+        while waiting > 0 {
+            waiting -= 1;
+            let (lo, hi) = stack[waiting];
             if hi - lo <= LEAF {
-                for i in lo..hi {
-                    let d2 = (self.points[i] - query).norm_squared();
-                    if d2 <= r2 {
-                        visit(d2, self.index[i]);
-                    }
-                }
+                (lo..hi).try_for_each(&mut visit_near)?;
                 continue;
             }
             let mid = lo + (hi - lo) / 2;
-            let d2 = (self.points[mid] - query).norm_squared();
-            if d2 <= r2 {
-                visit(d2, self.index[mid]);
-            }
-            let offset = query[self.axis[mid] as usize] - self.points[mid][self.axis[mid] as usize];
+            visit_near(mid)?;
+            let axis = self.axis[mid] as usize;
+            let offset = query[axis] - self.points[mid][axis];
             if offset <= radius {
-                stack.push((lo, mid));
+                stack[waiting] = (lo, mid);
+                waiting += 1;
             }
             if offset >= -radius {
-                stack.push((mid + 1, hi));
+                stack[waiting] = (mid + 1, hi);
+                waiting += 1;
             }
         }
+        ControlFlow::Continue(())
     }
 
     /// Whether any point lies within `radius` of `query`.
     pub fn any_within(&self, query: &Point3<f64>, radius: f64) -> bool {
         let r2 = radius * radius;
-        let mut lo_hi = vec![(0, self.points.len())];
-        while let Some((lo, hi)) = lo_hi.pop() {
+        let mut stack = [(0, 0); DEEPEST];
+        stack[0] = (0, self.points.len());
+        let mut waiting = 1;
+        while waiting > 0 {
+            waiting -= 1;
+            let (lo, hi) = stack[waiting];
             if hi - lo <= LEAF {
                 if self.points[lo..hi].iter().any(|p| (p - query).norm_squared() <= r2) {
                     return true;
@@ -145,14 +203,17 @@ impl KdTree {
             if (self.points[mid] - query).norm_squared() <= r2 {
                 return true;
             }
-            let offset = query[self.axis[mid] as usize] - self.points[mid][self.axis[mid] as usize];
+            let axis = self.axis[mid] as usize;
+            let offset = query[axis] - self.points[mid][axis];
             // The nearer half is pushed last, so that it is searched first.
             let (first, second) =
                 if offset < 0.0 { ((lo, mid), (mid + 1, hi)) } else { ((mid + 1, hi), (lo, mid)) };
             if offset.abs() <= radius {
-                lo_hi.push(second);
+                stack[waiting] = second;
+                waiting += 1;
             }
-            lo_hi.push(first);
+            stack[waiting] = first;
+            waiting += 1;
         }
         false
     }
@@ -160,15 +221,19 @@ impl KdTree {
     /// Mean distance of the points to their `k` nearest other points (the
     /// paper's mean spacing s̄ for k = 5); 0 for fewer than two points.
     pub fn mean_spacing(&self, k: usize) -> f64 {
-        let mut sum = 0.0;
-        let mut count = 0usize;
-        for p in &self.points {
-            // The nearest hit is the point itself (or a twin of it).
-            for (d2, _) in self.nearest(p, k + 1).iter().skip(1) {
-                sum += d2.sqrt();
-                count += 1;
-            }
-        }
+        let distances: Vec<Vec<f64>> = self
+            .points
+            .par_iter()
+            .with_min_len(256)
+            .map_init(Vec::new, |found, p| {
+                self.nearest_into(p, k + 1, found);
+                // The nearest hit is the point itself (or a twin of it).
+                found.iter().skip(1).map(|(d2, _)| d2.sqrt()).collect()
+            })
+            .collect();
+        let count: usize = distances.iter().map(Vec::len).sum();
+        // One after another: one order of terms, whatever the number of threads.
+        let sum: f64 = distances.iter().flatten().fold(0.0, |sum, d| sum + d);
         if count == 0 { 0.0 } else { sum / count as f64 }
     }
 }
@@ -189,8 +254,13 @@ fn split(items: &mut [(Point3<f64>, u32)], axis: &mut [u8]) {
     axis[mid] = widest as u8;
     let (left, right) = items.split_at_mut(mid);
     let (axis_left, axis_right) = axis.split_at_mut(mid);
-    split(left, axis_left);
-    split(&mut right[1..], &mut axis_right[1..]);
+    let (right, axis_right) = (&mut right[1..], &mut axis_right[1..]);
+    if mid > SPLIT_WORK {
+        rayon::join(|| split(left, axis_left), || split(right, axis_right));
+    } else {
+        split(left, axis_left);
+        split(right, axis_right);
+    }
 }
 
 /// For each point the points within a radius: the graph whose connected
@@ -206,22 +276,26 @@ impl RadiusGraph {
     /// `limit` of them (so that dense spots stay linear in size), in order of
     /// index. The graph is symmetric: an edge that either end keeps, stays.
     pub fn new(tree: &KdTree, points: &[Point3<f64>], radius: f64, limit: usize) -> Self {
-        let mut edges: Vec<(u32, u32)> = Vec::new();
-        let mut hits: Vec<(f64, u32)> = Vec::new();
-        for (i, p) in (0u32..).zip(points) {
-            hits.clear();
-            tree.within(p, radius, |d2, j| {
-                if j != i {
-                    hits.push((d2, j));
+        let mut edges: Vec<(u32, u32)> = points
+            .par_iter()
+            .zip(0u32..points.len() as u32)
+            .with_min_len(256)
+            .map_init(Vec::new, |hits: &mut Vec<(f64, u32)>, (p, i)| {
+                hits.clear();
+                tree.within(p, radius, |d2, j| {
+                    if j != i {
+                        hits.push((d2, j));
+                    }
+                });
+                if hits.len() > limit {
+                    hits.select_nth_unstable_by(limit, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+                    hits.truncate(limit);
                 }
-            });
-            if hits.len() > limit {
-                hits.select_nth_unstable_by(limit, |a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
-                hits.truncate(limit);
-            }
-            edges.extend(hits.iter().flat_map(|h| [(i, h.1), (h.1, i)]));
-        }
-        edges.sort_unstable();
+                hits.iter().flat_map(|h| [(i, h.1), (h.1, i)]).collect::<Vec<_>>()
+            })
+            .flatten_iter()
+            .collect();
+        edges.par_sort_unstable();
         edges.dedup();
         let mut start = vec![0u32; points.len() + 1];
         for (i, _) in &edges {

@@ -8,6 +8,7 @@
 //! The result depends on the input and the seed alone.
 
 use std::collections::HashMap;
+use std::ops::ControlFlow;
 
 use nalgebra::Point3;
 use rand::{RngExt, SeedableRng};
@@ -18,7 +19,7 @@ use super::cloud::{NO_SAMPLE, SampleCloud, SampledPart};
 use super::elimination::eliminate;
 use super::frame::Frame;
 use super::isolated::{IsolatedPoints, find_isolated};
-use super::mesh::{TriMesh, has_area};
+use super::mesh::{TriMesh, bounds, has_area};
 use super::morton::{Level, MortonOrder};
 use super::neighbors::KdTree;
 use super::outside::Room;
@@ -39,6 +40,11 @@ const THINNED_PER_SAMPLE: usize = 4;
 /// Cells finer than this many halvings below the samples' spacing say nothing
 /// about it; without the limit a dense clump would cost quadratic time.
 const LEVELS_BELOW_SPACING: usize = 3;
+
+/// Points of a cell that are worth looking up together.
+const LEAST_SHARED: usize = 4;
+/// Most samples that are looked through for each point of a cell.
+const MOST_SHARED: usize = 48;
 
 /// How a shape is turned into samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -180,36 +186,77 @@ fn sample_members(points: &[Point3<f64>], members: &[u32], wanted: usize) -> Sam
     let frame = Frame::around(members.iter().map(|&i| points[i as usize]));
     let local: Vec<Point3<f64>> = members.par_iter().map(|&i| frame.local(&points[i as usize])).collect();
     let order = MortonOrder::new(&local);
-    let mut kept = match order.level_with(wanted) {
+    let (mut kept, depth) = match order.level_with(wanted) {
         Some(spacing) => {
             let fine = order.level_with(wanted.saturating_mul(THINNED_PER_SAMPLE)).unwrap_or(Level::FINEST);
             let depth = fine.depth.min(spacing.depth + LEVELS_BELOW_SPACING);
             let candidates = order.thinned(&local, depth);
             let positions: Vec<Point3<f64>> = candidates.iter().map(|&i| local[i as usize]).collect();
             let eliminated = eliminate(&positions, wanted, 0.5 * spacing.cell);
-            eliminated.into_iter().map(|i| candidates[i as usize]).collect()
+            (eliminated.into_iter().map(|i| candidates[i as usize]).collect(), depth)
         }
         // Fewer cells are occupied at the finest level than samples are wanted:
         // all that can be told apart becomes a sample.
-        None => order.thinned(&local, Level::FINEST.depth),
+        None => (order.thinned(&local, Level::FINEST.depth), Level::FINEST.depth),
     };
     kept.sort_unstable();
-    mapped(points, members, &local, &kept)
-}
-
-/// The cloud of the kept points, each member mapped to the nearest. `kept`
-/// indexes `members` and `local`, ascending.
-fn mapped(points: &[Point3<f64>], members: &[u32], local: &[Point3<f64>], kept: &[u32]) -> SampleCloud {
     let positions: Vec<Point3<f64>> = kept.iter().map(|&i| local[i as usize]).collect();
-    let tree = KdTree::new(&positions);
-    let nearest: Vec<u32> =
-        local.par_iter().map(|p| tree.nearest_one(p).map_or(NO_SAMPLE, |(_, i)| i)).collect();
+    let nearest = nearest_samples(&positions, &local, &order, depth);
     let mut sample_of_input = vec![NO_SAMPLE; points.len()];
     for (&i, sample) in members.iter().zip(nearest) {
         sample_of_input[i as usize] = sample;
     }
     let points = kept.iter().map(|&k| points[members[k as usize] as usize]).collect();
     SampleCloud { points, sample_of_input: Some(sample_of_input), part: SampledPart::Whole }
+}
+
+/// The nearest sample of each point, the smallest index among equals, as
+/// [`KdTree::nearest_one`] tells it. `order` is that of the points.
+///
+/// Points of a cell choose among the same few samples: the nearest one of any
+/// of them is at most one diameter of the cell farther from its middle than the
+/// middle's own. So a tree is asked once a cell.
+fn nearest_samples(
+    samples: &[Point3<f64>],
+    points: &[Point3<f64>],
+    order: &MortonOrder,
+    depth: usize,
+) -> Vec<u32> {
+    let tree = KdTree::new(samples);
+    let alone = |p: &Point3<f64>| tree.nearest_one(p).map_or(NO_SAMPLE, |(_, i)| i);
+    let found: Vec<(u32, u32)> = order
+        .cells(depth)
+        .map_init(Vec::new, |near: &mut Vec<u32>, cell| {
+            let at = |k: &(u128, u32)| points[k.1 as usize];
+            near.clear();
+            if cell.len() >= LEAST_SHARED
+                && let Some((lo, hi)) = bounds(cell.iter().map(at))
+                && let middle = nalgebra::center(&lo, &hi)
+                && let Some((d2, _)) = tree.nearest_one(&middle)
+            {
+                let reach = (d2.sqrt() + (hi - lo).norm()) * (1.0 + 1e-9);
+                let end = tree.within_until(&middle, reach, |_, i| {
+                    near.push(i);
+                    if near.len() <= MOST_SHARED { ControlFlow::Continue(()) } else { ControlFlow::Break(()) }
+                });
+                if end.is_break() {
+                    near.clear();
+                }
+            }
+            let of = |p: &Point3<f64>| {
+                let distances = near.iter().map(|&i| ((samples[i as usize] - p).norm_squared(), i));
+                let nearest = distances.reduce(|best, next| if next < best { next } else { best });
+                nearest.map_or_else(|| alone(p), |(_, i)| i)
+            };
+            cell.iter().map(|k| (k.1, of(&at(k)))).collect::<Vec<_>>()
+        })
+        .flatten_iter()
+        .collect();
+    let mut nearest = vec![NO_SAMPLE; points.len()];
+    for (point, sample) in found {
+        nearest[point as usize] = sample;
+    }
+    nearest
 }
 
 /// Maps some points that are no samples to the nearest sample.
@@ -258,16 +305,22 @@ struct Faces {
 
 impl Faces {
     fn new(mesh: &TriMesh) -> Result<Self, SamplingError> {
-        let sound = || mesh.faces.iter().filter_map(|f| mesh.corners(f)).filter(has_area);
-        let frame = Frame::around(sound().flatten());
-        let mut total = 0.0;
-        let (triangles, area_up_to): (Vec<_>, Vec<_>) = sound()
+        let mut triangles: Vec<[Point3<f64>; 3]> =
+            mesh.faces.par_iter().filter_map(|f| mesh.corners(f)).filter(has_area).collect();
+        let frame = Frame::around(triangles.iter().flatten().copied());
+        let mut area_up_to: Vec<f64> = triangles
+            .par_iter_mut()
             .map(|corners| {
-                let [a, b, c] = corners.map(|p| frame.local(&p));
-                total += 0.5 * (b - a).cross(&(c - a)).norm();
-                ([a, b, c], total)
+                *corners = corners.map(|p| frame.local(&p));
+                let [a, b, c] = corners;
+                0.5 * (*b - *a).cross(&(*c - *a)).norm()
             })
-            .unzip();
+            .collect();
+        let mut total = 0.0;
+        for area in &mut area_up_to {
+            total += *area;
+            *area = total;
+        }
         if total > 0.0 { Ok(Self { frame, triangles, area_up_to }) } else { Err(SamplingError::NoArea) }
     }
 

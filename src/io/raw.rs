@@ -1,6 +1,7 @@
 //! What a parser hands over, and the checks that all formats share.
 
 use nalgebra::Point3;
+use rayon::prelude::*;
 
 use super::error::Fault;
 use super::text::counted;
@@ -33,23 +34,25 @@ impl Raw {
             vertices: std::mem::take(&mut self.points),
             faces: std::mem::take(&mut self.triangles),
         };
-        let (mut not_finite, mut flat) = (0, 0);
-        let faces: Vec<[u32; 3]> = mesh
+        #[derive(Clone, Copy, PartialEq)]
+        enum Face {
+            Sound,
+            NotFinite,
+            Flat,
+        }
+        let kinds: Vec<Face> = mesh
             .faces
-            .iter()
-            .filter(|face| match mesh.corners(face) {
-                None => {
-                    not_finite += 1;
-                    false
-                }
-                Some(corners) if !has_area(&corners) => {
-                    flat += 1;
-                    false
-                }
-                Some(_) => true,
+            .par_iter()
+            .map(|face| match mesh.corners(face) {
+                None => Face::NotFinite,
+                Some(corners) if !has_area(&corners) => Face::Flat,
+                Some(_) => Face::Sound,
             })
-            .copied()
             .collect();
+        let number_of = |kind| kinds.iter().filter(|k| **k == kind).count();
+        let (not_finite, flat) = (number_of(Face::NotFinite), number_of(Face::Flat));
+        let sound = mesh.faces.iter().zip(&kinds).filter(|(_, kind)| **kind == Face::Sound);
+        let faces: Vec<[u32; 3]> = sound.map(|(face, _)| *face).collect();
         for (n, why) in [
             (self.faces_out_of_range, "pointing to vertices that are not in the file"),
             (not_finite, "with a coordinate that is not a finite number"),
