@@ -60,6 +60,14 @@ impl Fault {
         Self { place: None, problem: problem.into() }
     }
 
+    /// The same fault of a text that so many lines stand before.
+    pub(super) fn after_lines(mut self, lines: usize) -> Self {
+        if let Some(Place::Line(line)) = &mut self.place {
+            *line += lines;
+        }
+        self
+    }
+
     pub(super) fn in_file(self, path: PathBuf) -> ReadError {
         ReadError::Malformed { path, place: self.place, problem: self.problem }
     }

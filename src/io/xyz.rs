@@ -1,10 +1,11 @@
 //! XYZ text: one point a line, in the many dialects of .xyz, .txt, .csv, .pts.
 
 use nalgebra::Point3;
+use rayon::prelude::*;
 
 use super::error::Fault;
 use super::raw::Raw;
-use super::text::{counted, lines, number, quoted};
+use super::text::{self, counted, lines, number, plain_number, quoted};
 
 /// How numbers and columns are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -95,58 +96,20 @@ impl Columns {
 /// Parses the text. Blank lines and comments (`#`, `//`) are skipped, a first
 /// line of names is used, a first line with nothing but the count too.
 pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
+    let head = Head::of(text);
+    let parts: Vec<Result<Part, Fault>> = text::pieces(&text[head.length..], text::PIECE)
+        .into_par_iter()
+        .map(|piece| head.part(piece))
+        .collect();
     let mut raw = Raw::default();
     let mut colors: Vec<[u8; 3]> = Vec::new();
-    let mut layout: Option<(Dialect, Columns)> = None;
-    let mut named: Option<Columns> = None;
-    let mut announced: Option<usize> = None;
-    let mut rows = 0;
-    let mut values: Vec<f64> = Vec::new();
-
-    for (line_number, line) in lines(text) {
-        let line =
-            line.trim_matches(|c: char| c.is_whitespace() || c == '\u{feff}' || c == '\0' || c == '\u{1a}');
-        if line.starts_with('#') || line.starts_with("//") {
-            named = named.or_else(|| Columns::by_name(line));
-            continue;
-        }
-        if line.is_empty() {
-            continue;
-        }
-        rows += 1;
-        if layout.is_none() && rows == 1 && !is_data(line) {
-            if let Ok(count) = line.parse::<usize>() {
-                announced = Some(count);
-                continue;
-            }
-            if line.chars().any(char::is_alphabetic)
-                && Dialect::Point.columns(line).all(|t| number(t).is_none())
-            {
-                named = Columns::by_name(line);
-                continue;
-            }
-        }
-        let (dialect, columns) = *layout.get_or_insert_with(|| {
-            let dialect = Dialect::of(line);
-            (dialect, named.unwrap_or_else(|| Columns::by_position(dialect.columns(line).count())))
-        });
-        values.clear();
-        for token in dialect.columns(line) {
-            let value = dialect.value(token);
-            // Words in columns that aren't used (names of classes, say) do no harm.
-            if value.is_none() && columns.position.contains(&values.len()) {
-                return Err(not_a_number(line_number, token));
-            }
-            values.push(value.unwrap_or(f64::NAN));
-        }
-        let Some(position) = pick(&values, columns.position) else {
-            let found = counted(values.len(), "column", "columns");
-            return Err(Fault::at_line(line_number, format!("{found}, but a point needs three coordinates")));
-        };
-        raw.points.push(Point3::from(position));
-        if let Some(color) = columns.color.and_then(|c| pick(&values, c)).and_then(color_of_bytes) {
-            colors.push(color);
-        }
+    let mut line = head.lines;
+    raw.points.reserve_exact(parts.iter().flatten().map(|part| part.points.len()).sum());
+    for part in parts {
+        let part = part.map_err(|fault| fault.after_lines(line))?;
+        line += part.lines;
+        raw.points.extend(part.points);
+        colors.extend(part.colors);
     }
     if raw.points.is_empty() {
         return Err(Fault::whole("it has no points; there should be one a line, as x y z"));
@@ -154,11 +117,134 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
     if colors.len() == raw.points.len() && colors.iter().flatten().any(|&c| c > 1) {
         raw.colors = Some(colors);
     }
-    if let Some(count) = announced.filter(|&n| n != raw.points.len()) {
+    if let Some(count) = head.announced.filter(|&n| n != raw.points.len()) {
         raw.notes
             .push(format!("the first line announces {count} points, but there are {}", raw.points.len()));
     }
     Ok(raw)
+}
+
+/// A line without what surrounds its text.
+fn trimmed(line: &str) -> &str {
+    line.trim_matches(|c: char| c.is_whitespace() || c == '\u{feff}' || c == '\0' || c == '\u{1a}')
+}
+
+fn is_comment(line: &str) -> bool {
+    line.starts_with('#') || line.starts_with("//")
+}
+
+/// What stands before the first line of data, and how it is laid out.
+#[derive(Debug)]
+struct Head {
+    /// Bytes and lines.
+    length: usize,
+    lines: usize,
+    announced: Option<usize>,
+    dialect: Dialect,
+    columns: Columns,
+}
+
+impl Head {
+    fn of(text: &str) -> Self {
+        let mut named: Option<Columns> = None;
+        let mut announced: Option<usize> = None;
+        let mut rows = 0;
+        for (line_number, whole) in lines(text) {
+            let line = trimmed(whole);
+            if is_comment(line) {
+                named = named.or_else(|| Columns::by_name(line));
+                continue;
+            }
+            if line.is_empty() {
+                continue;
+            }
+            rows += 1;
+            if rows == 1 && !is_data(line) {
+                if let Ok(count) = line.parse::<usize>() {
+                    announced = Some(count);
+                    continue;
+                }
+                if line.chars().any(char::is_alphabetic)
+                    && Dialect::Point.columns(line).all(|t| number(t).is_none())
+                {
+                    named = Columns::by_name(line);
+                    continue;
+                }
+            }
+            let dialect = Dialect::of(line);
+            let columns = named.unwrap_or_else(|| Columns::by_position(dialect.columns(line).count()));
+            // How far into the text this line starts.
+            let length = whole.as_ptr() as usize - text.as_ptr() as usize;
+            return Self { length, lines: line_number - 1, announced, dialect, columns };
+        }
+        let (dialect, columns) = (Dialect::Point, Columns::by_position(3));
+        Self { length: text.len(), lines: 0, announced, dialect, columns }
+    }
+
+    /// The points of a piece of text that ends with a line.
+    fn part(&self, piece: &str) -> Result<Part, Fault> {
+        let mut part = Part::default();
+        let mut values = Vec::new();
+        for (line_number, line) in lines(piece) {
+            part.lines = line_number;
+            if !(self.dialect == Dialect::Point && plain_row(line.as_bytes(), &mut values)) {
+                let line = trimmed(line);
+                if line.is_empty() || is_comment(line) {
+                    continue;
+                }
+                self.row(line, line_number, &mut values)?;
+            }
+            let Some(position) = pick(&values, self.columns.position) else {
+                let found = counted(values.len(), "column", "columns");
+                let problem = format!("{found}, but a point needs three coordinates");
+                return Err(Fault::at_line(line_number, problem));
+            };
+            part.points.push(Point3::from(position));
+            if let Some(color) = self.columns.color.and_then(|c| pick(&values, c)).and_then(color_of_bytes) {
+                part.colors.push(color);
+            }
+        }
+        // What follows the last ending is the next piece's first line.
+        part.lines -= usize::from(piece.ends_with(['\n', '\r']));
+        Ok(part)
+    }
+
+    /// The values of a line in any dialect.
+    fn row(&self, line: &str, line_number: usize, values: &mut Vec<f64>) -> Result<(), Fault> {
+        values.clear();
+        for token in self.dialect.columns(line) {
+            let value = self.dialect.value(token);
+            // Words in columns that aren't used (names of classes, say) do no harm.
+            if value.is_none() && self.columns.position.contains(&values.len()) {
+                return Err(not_a_number(line_number, token));
+            }
+            values.push(value.unwrap_or(f64::NAN));
+        }
+        Ok(())
+    }
+}
+
+/// What a piece of text holds.
+#[derive(Debug, Default)]
+struct Part {
+    points: Vec<Point3<f64>>,
+    colors: Vec<[u8; 3]>,
+    /// Line endings.
+    lines: usize,
+}
+
+/// The values of a line of plain numbers, parted by blanks, commas or
+/// semicolons; `false` for a line with anything else, or without a value.
+fn plain_row(line: &[u8], values: &mut Vec<f64>) -> bool {
+    values.clear();
+    let tokens = line.split(|b| matches!(b, b' ' | b'\t' | b',' | b';')).filter(|token| !token.is_empty());
+    for token in tokens {
+        match plain_number(token) {
+            Some(value) => values.push(value),
+            None => return false,
+        }
+    }
+    !values.is_empty()
 }
 
 fn not_a_number(line: usize, token: &str) -> Fault {
