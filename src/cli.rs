@@ -5,6 +5,7 @@
 //! superform run INPUT -o DIR [settings]
 //! superform evaluate RESULT --reference FILE [--json]
 //! superform bench SHAPES… [--methods a,b,…] [--seeds 1..3] [-o DIR]
+//! superform bench --scaling [SHAPE]
 //! ```
 
 mod bench;
@@ -12,21 +13,21 @@ mod display;
 mod evaluate;
 mod headless;
 mod interrupt;
+mod settings;
 
 use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::str::FromStr;
 
-use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, CommandFactory, Parser, Subcommand, ValueEnum};
+use clap::{Args, CommandFactory, Parser, Subcommand};
 
+use self::settings::SettingsArgs;
+use crate::geometry::SamplingOptions;
 use crate::geometry::metrics::MetricOptions;
-use crate::geometry::{Isolated, SamplingOptions, Surface};
-use crate::inference::{MergeRule, Method, Params, Setting};
+use crate::inference::Params;
 use crate::worker::Source;
 
-pub use bench::BenchJob;
+pub use bench::{BenchJob, ScalingJob};
 pub use display::why_no_display;
 pub use evaluate::EvaluateJob;
 pub use headless::HeadlessJob;
@@ -64,6 +65,9 @@ enum Command {
     /// Each run works on one core, several of them side by side. A mesh is
     /// measured against itself. Writes runs.jsonl (as it goes; a benchmark that
     /// was stopped goes on from there), table.md, table.csv and table.json.
+    ///
+    /// With --scaling it measures how the time of one method on one shape grows
+    /// instead, on all cores, and writes scaling.md and scaling.csv.
     Bench(bench::BenchArgs),
 }
 
@@ -124,123 +128,6 @@ impl MeasureArgs {
     }
 }
 
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Settings")]
-struct SettingsArgs {
-    /// How to abstract the shape; the other options tune what the method reads
-    #[arg(long, visible_alias = "preset", value_name = "NAME", value_parser = methods(), default_value = "default")]
-    method: Method,
-    /// Number of samples N, from 100 to 200000 [default: 5500]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
-    points: Option<usize>,
-    /// Part of a mesh that is sampled
-    #[arg(long, value_enum, default_value_t = SurfaceChoice::Outside)]
-    surface: SurfaceChoice,
-    /// What becomes of the isolated points of a cloud
-    #[arg(long, value_enum, default_value_t = IsolatedChoice::LeaveOut)]
-    isolated: IsolatedChoice,
-    /// Seed of all random draws, a whole number: the same seed gives the same
-    /// result [default: 1]
-    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = whole::<u64>)]
-    seed: Option<u64>,
-    /// Concentration α: the larger, the more primitives; from 0.001 to 100
-    /// [default: 0.5]
-    #[arg(long, value_name = "ALPHA", allow_negative_numbers = true)]
-    alpha: Option<f64>,
-    /// Density p0 that a new primitive gives to any point, from 1e-6 to 10
-    /// [default: 0.1]
-    #[arg(long, value_name = "P0", allow_negative_numbers = true)]
-    p0: Option<f64>,
-    /// Number of Gibbs iterations T, from 1 to 500 [default: 30]
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = whole::<u32>)]
-    iterations: Option<u32>,
-    /// Number of clusters K at the start, from 1 to 500 [default: 30]
-    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = whole::<u32>)]
-    clusters: Option<u32>,
-    /// Cost of a primitive: more gives fewer primitives with larger errors, from
-    /// 0.1 to 10 [default: 1]
-    #[arg(long, value_name = "C", allow_negative_numbers = true)]
-    primitive_cost: Option<f64>,
-    /// Share of outliers that EMS expects, from 0.01 to 0.99 [default: 0.5, and 0.9
-    /// for hierarchical-ems]
-    #[arg(long, value_name = "W0", allow_negative_numbers = true)]
-    outlier_prior: Option<f64>,
-    /// Leave the primitives unmerged
-    #[arg(long)]
-    no_merge: bool,
-}
-
-/// The methods, with what they do.
-fn methods() -> impl TypedValueParser<Value = Method> {
-    let values = Method::ALL.map(|method| PossibleValue::new(method.name()).help(method.tooltip()));
-    PossibleValuesParser::new(values).try_map(|name| name.parse::<Method>())
-}
-
-/// A number that counts something.
-fn whole<T: FromStr>(text: &str) -> Result<T, String> {
-    text.parse().map_err(|_| "it must be a whole number, and not negative".to_owned())
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum SurfaceChoice {
-    /// What can be seen from outside: no inner walls, no buried parts
-    Outside,
-    /// Every face
-    All,
-}
-
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-enum IsolatedChoice {
-    /// They are outliers: no primitive is made for them
-    LeaveOut,
-    /// They are points like the others
-    Keep,
-}
-
-impl SettingsArgs {
-    fn resolve(&self) -> Result<(SamplingOptions, Params), String> {
-        let mut sampling = SamplingOptions::default();
-        let mut params = self.method.params();
-        sampling.points = self.points.unwrap_or(sampling.points);
-        sampling.surface = match self.surface {
-            SurfaceChoice::Outside => Surface::Outside,
-            SurfaceChoice::All => Surface::All,
-        };
-        sampling.isolated = match self.isolated {
-            IsolatedChoice::LeaveOut => Isolated::LeaveOut,
-            IsolatedChoice::Keep => Isolated::Keep,
-        };
-        if let Some(seed) = self.seed {
-            (sampling.seed, params.seed) = (seed, seed);
-        }
-        if self.no_merge {
-            params.merge = MergeRule::None;
-        }
-        for (given, option, setting) in [
-            (self.alpha.is_some(), "--alpha", Setting::Alpha),
-            (self.p0.is_some(), "--p0", Setting::P0),
-            (self.iterations.is_some(), "--iterations", Setting::Iterations),
-            (self.clusters.is_some(), "--clusters", Setting::Clusters),
-            (self.primitive_cost.is_some(), "--primitive-cost", Setting::PrimitiveCost),
-            (self.outlier_prior.is_some(), "--outlier-prior", Setting::OutlierPrior),
-            (self.no_merge, "--no-merge", Setting::Merge),
-        ] {
-            if given && !params.reads(setting) {
-                return Err(format!("--method {} does not read {option}; leave it out", self.method));
-            }
-        }
-        params.alpha = self.alpha.unwrap_or(params.alpha);
-        params.p0 = self.p0.unwrap_or(params.p0);
-        params.iterations = self.iterations.unwrap_or(params.iterations);
-        params.clusters = self.clusters.unwrap_or(params.clusters);
-        params.primitive_cost = self.primitive_cost.unwrap_or(params.primitive_cost);
-        params.outlier_prior = self.outlier_prior.unwrap_or(params.outlier_prior);
-        sampling.check().map_err(|e| e.to_string())?;
-        params.check()?;
-        Ok((sampling, params))
-    }
-}
-
 /// What the command line asks for.
 #[derive(Debug, Clone)]
 pub enum Request {
@@ -248,6 +135,7 @@ pub enum Request {
     Headless(HeadlessJob),
     Evaluate(EvaluateJob),
     Bench(BenchJob),
+    Scaling(ScalingJob),
 }
 
 /// What the window is to be opened with.
@@ -291,7 +179,7 @@ impl Cli {
                 let options = measure.resolve(seed)?;
                 return Ok(Request::Evaluate(EvaluateJob { result, reference, json, options }));
             }
-            Some(Command::Bench(bench)) => return bench.resolve().map(Request::Bench),
+            Some(Command::Bench(bench)) => return bench.resolve(),
             None => {}
         }
         let OpenArgs { file, settings, screenshot, headless } = self.open;
@@ -366,6 +254,8 @@ fn say(line: &str) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::{Isolated, Surface};
+    use crate::inference::{MergeRule, Method};
 
     fn request(args: &[&str]) -> Result<Request, String> {
         let args = std::iter::once("superform").chain(args.iter().copied());

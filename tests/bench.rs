@@ -200,6 +200,11 @@ fn command_lines_that_make_no_sense_are_refused() {
         (&["list.csv", "--alpha", "-1"], 2, "alpha is -1"),
         (&["list.csv", "--methods", "ems"], 2, "none of the methods reads --iterations"),
         (&["list.csv", "--primitive-cost", "0"], 2, "cost"),
+        (&["list.csv", "--vary-clusters", "5"], 2, "--scaling"),
+        (&["--scaling", "--jobs", "2"], 2, "--jobs"),
+        (&["--scaling", "--methods", "default,paper"], 2, "one method"),
+        (&["--scaling", "--vary-points", "300,5"], 2, "a value of N is 5"),
+        (&["--scaling", "shapes/cloud.xyz", "--vary-points", "900"], 1, "700 distinct points"),
         (&["gone.obj"], 1, "can't find gone.obj"),
         (&["list.csv", "--compare", "gone.csv"], 1, "gone.csv"),
     ] {
@@ -209,6 +214,36 @@ fn command_lines_that_make_no_sense_are_refused() {
         assert!(message.contains(words), "{message}");
     }
     assert!(!folder.join("superform-bench").exists());
+}
+
+#[test]
+fn growth_is_measured_and_fitted() {
+    let temp = tempfile::tempdir().unwrap();
+    let folder = temp.path();
+    let vary = ["--vary-points", "900,200,200", "--vary-clusters", "3,6", "--vary-iterations", "1,3"];
+    let output = bench(folder, &[&["--scaling", "--seeds", "1,2", "-o", "growth"], &vary[..]].concat());
+    let shown = text(&output.stdout);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    assert_eq!(shown, fs::read_to_string(folder.join("growth/scaling.md")).unwrap());
+    for words in
+        ["built-in chair", "K = 5 and T = 2", "the run grows as N^", "as K^", "as T^", "thinning as N^"]
+    {
+        assert_eq!(shown.contains(words), words != "thinning as N^", "{words} in {shown}");
+    }
+    let mut rows = csv::Reader::from_path(folder.join("growth/scaling.csv")).unwrap();
+    let rows: Vec<csv::StringRecord> = rows.records().map(Result::unwrap).collect();
+    let sizes: Vec<Vec<&str>> = rows.iter().map(|row| (0..4).map(|k| &row[k]).collect()).collect();
+    let expected = ["N 200 5 2", "N 900 5 2", "K 300 3 2", "K 300 6 2", "T 300 5 1", "T 300 5 3"];
+    assert_eq!(sizes.iter().map(|size| size.join(" ")).collect::<Vec<_>>(), expected);
+    for row in &rows {
+        let figure = |column: usize| row[column].parse::<f64>().unwrap();
+        assert_eq!(&row[5], "2", "seeds");
+        let (parts, run) = (figure(7) + figure(8) + figure(9), figure(10));
+        // Medians of two seeds: the parts' add up to the whole's.
+        assert!((parts - run).abs() < 1e-9 && run > 0.0, "{parts} and {run}");
+        // Only the row of more points than samples has a cloud to thin.
+        assert_eq!(row[12].is_empty(), &row[1] != "900");
+    }
 }
 
 /// Ctrl-C in the middle: it says so, and there is no table of half the runs.

@@ -428,3 +428,47 @@ proptest! {
         }
     }
 }
+
+/// Texts that are parsed in several pieces, with what stands between the lines.
+#[test]
+fn large_texts_are_read_in_order_and_faults_are_located() {
+    let count = 60_000;
+    let point = |i: usize| [(i * i % 101) as f64 * 0.25, -(i as f64), 1e-3 * i as f64];
+    let mut xyz = String::from("# a scan\n");
+    let mut obj = String::from("o points\r\n");
+    for i in 0..count {
+        let [x, y, z] = point(i);
+        match i % 4 {
+            // Every way to part numbers and to end lines, and numbers that aren't plain.
+            0 => xyz.push_str(&format!("{x} {y} {z}\n")),
+            1 => xyz.push_str(&format!("\t{x},{y} ,{z:e}\r\n")),
+            2 => xyz.push_str(&format!("{x};{y};{z}\r")),
+            _ => xyz.push_str(&format!("# é {i}\n\n{x}  {y}\u{a0}{z}\n")),
+        }
+        obj.push_str(&format!("v {x} {y} {z}\r\n"));
+        if i >= 2 {
+            // Relative, and absolute indices that point ahead.
+            obj.push_str(&if i % 2 == 0 {
+                format!("f {} {} 1\n", count - i, i)
+            } else {
+                "f -1 -2 -3\n".to_owned()
+            });
+        }
+    }
+    let expected: Vec<Point3<f64>> = (0..count).map(|i| Point3::from(point(i))).collect();
+    assert_eq!(cloud(read_as("scan.xyz", &xyz).unwrap()).0, expected);
+    let (vertices, faces) = mesh(read_as("points.obj", &obj).unwrap());
+    for (face, i) in faces.iter().zip([2, 3, 4, 5]) {
+        let corners = if i % 2 == 0 { [count - i - 1, i - 1, 0] } else { [i, i - 1, i - 2] };
+        assert_eq!(face.map(|c| vertices[c as usize]), corners.map(|c| expected[c]), "face of vertex {i}");
+    }
+
+    let lines = |text: &str| text.replace("\r\n", "\n").matches(['\n', '\r']).count();
+    let message = refusal("scan.xyz", format!("{xyz}1 2 x\n3 4 5\n"));
+    assert!(
+        message.contains(&format!("scan.xyz, line {}: “x” is not a number", lines(&xyz) + 1)),
+        "{message}"
+    );
+    let message = refusal("points.obj", format!("{obj}v 1 2\n{obj}"));
+    assert!(message.contains(&format!("points.obj, line {}:", lines(&obj) + 1)), "{message}");
+}

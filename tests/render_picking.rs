@@ -6,7 +6,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use superform::geometry::Superquadric;
 use superform::render::picking::pick;
 use superform::render::{
-    CameraMatrices, Frame, Highlight, Layers, PickId, PickScene, PrimitiveInstance, SurfaceStyle,
+    CameraMatrices, Frame, Highlight, Layers, PickId, PickScene, PointIndex, PrimitiveInstance, SurfaceStyle,
 };
 
 const SIZE: [u32; 2] = [400, 300];
@@ -173,4 +173,37 @@ fn picking_in_a_large_cloud_finds_what_a_plain_search_finds() {
             other => panic!("{other:?}"),
         }
     }
+}
+
+/// The index finds what a look at all points finds, from everywhere.
+#[test]
+fn an_index_changes_nothing_but_the_time() {
+    // A spiral on a sphere, on itself in places, with points that are nowhere.
+    let points: Vec<[f32; 3]> = (0..20_000)
+        .map(|i| {
+            let (z, angle) = (1.0 - 2.0 * (i % 9_000) as f32 / 9_000.0, 2.4 * (i % 9_000) as f32);
+            let r = (1.0 - z * z).sqrt();
+            let p = [0.5 * r * angle.cos(), 0.5 * r * angle.sin(), 0.5 * z];
+            if i % 1_000 == 7 { [f32::NAN, 0.0, 0.0] } else { p }
+        })
+        .collect();
+    let colors: Vec<[u8; 4]> =
+        (0..points.len()).map(|i| [9, 9, 9, if i % 3 == 0 { 0 } else { 255 }]).collect();
+    let index = PointIndex::new(&points);
+    let scene = PickScene { points: &points, point_colors: &colors, ..PickScene::default() };
+    let indexed = PickScene { point_index: Some(&index), ..scene };
+    let inside = CameraMatrices::perspective(Vec3::ZERO, Vec3::X, Vec3::Y, 1.2, 4.0 / 3.0, 0.01);
+    let mut hits = 0;
+    for camera in [perspective(), orthographic(), inside] {
+        let frame = frame(camera);
+        for y in (0..300).step_by(11) {
+            for x in (0..400).step_by(13) {
+                let pixel = Vec2::new(x as f32 + 0.3, y as f32 + 0.6);
+                let found = pick(&indexed, &frame, pixel);
+                assert_eq!(found, pick(&scene, &frame, pixel), "{pixel}");
+                hits += usize::from(found.is_some());
+            }
+        }
+    }
+    assert!(hits > 500, "{hits} hits are no test");
 }

@@ -6,6 +6,7 @@
 
 mod output;
 mod runner;
+mod scaling;
 mod shapes;
 mod store;
 mod table;
@@ -27,11 +28,14 @@ use self::shapes::BenchShape;
 use self::store::{Row, Store, fingerprint};
 use self::table::Table;
 use super::interrupt::{INTERRUPTED, cancel_on_interrupt};
-use super::{MeasureArgs, fail, methods, say, whole};
+use super::settings::{TuningArgs, methods};
+use super::{MeasureArgs, Request, fail, say};
 use crate::geometry::SamplingOptions;
 use crate::geometry::metrics::MetricOptions;
-use crate::inference::{Cancel, Method, Params, Setting};
+use crate::inference::{Cancel, Method, Params};
 use crate::io;
+
+pub use self::scaling::ScalingJob;
 
 /// Files in the folder of a benchmark.
 const RUNS_FILE: &str = "runs.jsonl";
@@ -48,7 +52,7 @@ pub(super) struct BenchArgs {
     ///
     /// Paths in a list are relative to it; an empty reference means the cloud
     /// itself.
-    #[arg(required = true)]
+    #[arg(required_unless_present = "scaling")]
     shapes: Vec<PathBuf>,
     /// Methods to compare
     #[arg(long, value_delimiter = ',', default_value = "default", value_name = "A,B,…", value_parser = methods())]
@@ -60,83 +64,21 @@ pub(super) struct BenchArgs {
     #[arg(short, long, value_name = "DIR", default_value = "superform-bench")]
     output: PathBuf,
     /// List that says what shapes that come from no list are measured against (by name)
-    #[arg(long, value_name = "CSV")]
+    #[arg(long, value_name = "CSV", conflicts_with = "scaling")]
     reference_list: Option<PathBuf>,
     /// Compare with the figures of another program: columns name, primitives, chamfer_l1 and iou
-    #[arg(long, value_name = "CSV")]
+    #[arg(long, value_name = "CSV", conflicts_with = "scaling")]
     compare: Option<PathBuf>,
     /// Number of runs side by side [default: one a core]
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", conflicts_with = "scaling")]
     jobs: Option<usize>,
     #[command(flatten)]
     measure: MeasureArgs,
     #[command(flatten)]
-    changes: Changes,
-}
-
-/// Parameters that are changed for all methods that read them.
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Settings of all methods that read them")]
-struct Changes {
-    /// Number of samples that a shape is reduced to [default: 5500]
-    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
-    points: Option<usize>,
-    /// Concentration α
-    #[arg(long, value_name = "ALPHA", allow_negative_numbers = true)]
-    alpha: Option<f64>,
-    /// Density p0 that a new primitive gives to any point
-    #[arg(long, value_name = "P0", allow_negative_numbers = true)]
-    p0: Option<f64>,
-    /// Number of Gibbs iterations T
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = whole::<u32>)]
-    iterations: Option<u32>,
-    /// Number of clusters K at the start
-    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = whole::<u32>)]
-    clusters: Option<u32>,
-    /// Cost of a primitive: more gives fewer primitives with larger errors
-    #[arg(long, value_name = "C", allow_negative_numbers = true)]
-    primitive_cost: Option<f64>,
-}
-
-impl Changes {
-    /// Each of the methods once, with the changes that it reads.
-    fn apply(&self, methods: &[Method]) -> Result<Vec<(Method, Params)>, String> {
-        fn pick<T>(reads: bool, given: Option<T>, usual: T) -> T {
-            given.filter(|_| reads).unwrap_or(usual)
-        }
-        let mut changed: Vec<(Method, Params)> = Vec::new();
-        for &method in methods {
-            let usual = method.params();
-            let params = Params {
-                alpha: pick(usual.reads(Setting::Alpha), self.alpha, usual.alpha),
-                p0: pick(usual.reads(Setting::P0), self.p0, usual.p0),
-                iterations: pick(usual.reads(Setting::Iterations), self.iterations, usual.iterations),
-                clusters: pick(usual.reads(Setting::Clusters), self.clusters, usual.clusters),
-                primitive_cost: pick(
-                    usual.reads(Setting::PrimitiveCost),
-                    self.primitive_cost,
-                    usual.primitive_cost,
-                ),
-                ..usual
-            };
-            params.check()?;
-            if !changed.iter().any(|(m, _)| *m == method) {
-                changed.push((method, params));
-            }
-        }
-        for (given, option, setting) in [
-            (self.alpha.is_some(), "--alpha", Setting::Alpha),
-            (self.p0.is_some(), "--p0", Setting::P0),
-            (self.iterations.is_some(), "--iterations", Setting::Iterations),
-            (self.clusters.is_some(), "--clusters", Setting::Clusters),
-            (self.primitive_cost.is_some(), "--primitive-cost", Setting::PrimitiveCost),
-        ] {
-            if given && !changed.iter().any(|(_, params)| params.reads(setting)) {
-                return Err(format!("none of the methods reads {option}; leave it out"));
-            }
-        }
-        Ok(changed)
-    }
+    scaling: scaling::ScalingArgs,
+    #[command(next_help_heading = "Settings of all methods that read them")]
+    #[command(flatten)]
+    tuning: TuningArgs,
 }
 
 /// Seeds as in `1..3,7`: both ends of a range belong to it.
@@ -186,13 +128,26 @@ pub struct BenchJob {
 
 impl BenchArgs {
     /// The job, with all settings within their limits.
-    pub(super) fn resolve(self) -> Result<BenchJob, String> {
-        let usual = SamplingOptions::default();
-        let sampling = SamplingOptions { points: self.changes.points.unwrap_or(usual.points), ..usual };
-        sampling.check().map_err(|e| e.to_string())?;
-        let methods = self.changes.apply(&self.methods)?;
+    pub(super) fn resolve(self) -> Result<Request, String> {
+        let sampling = self.tuning.sampling()?;
+        let mut methods: Vec<(Method, Params)> = Vec::new();
+        for method in self.methods {
+            if !methods.iter().any(|(m, _)| *m == method) {
+                methods.push((method, self.tuning.params(method)?));
+            }
+        }
+        let params: Vec<Params> = methods.iter().map(|(_, params)| *params).collect();
+        if let Some(option) = self.tuning.unread(&params) {
+            return Err(format!("none of the methods reads {option}; leave it out"));
+        }
+        let command = std::env::args().skip(1).fold("superform".to_owned(), |all, arg| all + " " + &arg);
+        if self.scaling.is_wanted() {
+            let job =
+                self.scaling.resolve(self.shapes, &methods, self.seeds.0, sampling, self.output, command)?;
+            return Ok(Request::Scaling(job));
+        }
         let cores = thread::available_parallelism().map_or(1, usize::from);
-        Ok(BenchJob {
+        Ok(Request::Bench(BenchJob {
             shapes: self.shapes,
             reference_list: self.reference_list,
             methods,
@@ -202,8 +157,8 @@ impl BenchArgs {
             output: self.output,
             compare: self.compare,
             jobs: self.jobs.unwrap_or(cores).max(1),
-            command: std::env::args().skip(1).fold("superform".to_owned(), |all, arg| all + " " + &arg),
-        })
+            command,
+        }))
     }
 }
 
@@ -376,30 +331,5 @@ mod tests {
         assert!(seeds("0..18446744073709551615").unwrap_err().contains("no range"));
         assert!(seeds("one").unwrap_err().contains("“one”"));
         assert!(seeds("").is_err());
-    }
-
-    #[test]
-    fn methods_take_the_changes_that_they_read() {
-        let changes = Changes {
-            points: None,
-            alpha: Some(2.0),
-            p0: None,
-            iterations: None,
-            clusters: Some(7),
-            primitive_cost: Some(3.0),
-        };
-        let methods = [Method::Default, Method::KMeans, Method::Paper, Method::Default];
-        let changed = changes.apply(&methods).unwrap();
-        let default = Params { alpha: 2.0, clusters: 7, primitive_cost: 3.0, ..Params::default() };
-        assert_eq!(
-            changed,
-            [
-                (Method::Default, default),
-                (Method::KMeans, Params { clusters: 7, ..Method::KMeans.params() }),
-                (Method::Paper, Params { alpha: 2.0, clusters: 7, ..Params::paper() }),
-            ]
-        );
-        let problem = changes.apply(&[Method::KMeans]).unwrap_err();
-        assert_eq!(problem, "none of the methods reads --alpha; leave it out");
     }
 }

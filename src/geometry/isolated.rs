@@ -78,40 +78,43 @@ pub(super) fn find_isolated(points: &[Point3<f64>], members: &[u32]) -> Isolated
     if count <= SMALLEST_CLOUD {
         return IsolatedPoints::default();
     }
+    // One tree for all rounds: those that are out are stepped over.
+    let positions = &places.positions;
+    let tree = KdTree::new(positions);
     let mut last = f64::INFINITY;
-    let (tree, spacing) = loop {
-        let (rest, index) = chosen(&places.positions, &isolated, false);
-        let tree = KdTree::new(&rest);
-        let spacing = mean_spacing(&tree, &rest);
+    let spacing = loop {
+        let rest = marked(&isolated, false);
+        let spacing = mean_spacing(&tree, positions, &rest, &isolated);
         if spacing * FALL > last {
-            break (tree, spacing);
+            break spacing;
         }
         last = spacing;
-        let mut suspects = isolated.clone();
-        for (i, alone) in index.iter().zip(in_small_components(&tree, &rest, CONNECTION_RADIUS * spacing)) {
-            suspects[*i as usize] = alone;
-        }
-        let (positions, index) = chosen(&places.positions, &suspects, true);
+        let mut suspects =
+            in_small_components(&tree, positions, &rest, &isolated, CONNECTION_RADIUS * spacing);
+        suspects.par_iter_mut().zip(&isolated).for_each(|(suspect, out)| *suspect |= out);
+        let suspects = marked(&suspects, true);
+        // What was found before stays found, so that it isn't asked for again.
         let mut found = false;
-        for (&i, sheet) in index.iter().zip(on_sheets(&positions)) {
-            let i = i as usize;
-            // What was found before stays found.
-            if !sheet && !isolated[i] {
-                isolated[i] = true;
+        for (&i, sheet) in suspects.iter().zip(on_sheets(positions, &suspects, &isolated)) {
+            if !sheet && !isolated[i as usize] {
+                isolated[i as usize] = true;
                 found = true;
             }
         }
         if !found {
-            break (tree, spacing);
+            break spacing;
         }
         if 2 * isolated.iter().filter(|&&i| i).count() > count {
             return IsolatedPoints::default();
         }
     };
-    let near: Vec<bool> = (0..count)
-        .into_par_iter()
-        .map(|i| isolated[i] && tree.any_within(&places.positions[i], NEAR * spacing))
-        .collect();
+    let is_near = |p: &Point3<f64>| {
+        let visit =
+            |_, j: u32| if isolated[j as usize] { ControlFlow::Continue(()) } else { ControlFlow::Break(()) };
+        tree.within_until(p, NEAR * spacing, visit).is_break()
+    };
+    let near: Vec<bool> =
+        positions.par_iter().zip(&isolated).map(|(p, &isolated)| isolated && is_near(p)).collect();
     let mut result = IsolatedPoints::default();
     for (&member, &place) in members.iter().zip(&places.of_member) {
         if near[place as usize] {
@@ -163,24 +166,22 @@ impl Places {
     }
 }
 
-/// The positions that `marks` has as `mark`, and their indices.
-fn chosen(positions: &[Point3<f64>], marks: &[bool], mark: bool) -> (Vec<Point3<f64>>, Vec<u32>) {
-    (0u32..)
-        .zip(positions.iter().zip(marks))
-        .filter(|(_, (_, m))| **m == mark)
-        .map(|(i, (p, _))| (*p, i))
-        .unzip()
+/// The indices that `marks` has as `mark`.
+fn marked(marks: &[bool], mark: bool) -> Vec<u32> {
+    (0u32..).zip(marks).filter(|(_, m)| **m == mark).map(|(i, _)| i).collect()
 }
 
-/// s̄ of distinct points, measured at every k-th of a large cloud.
-fn mean_spacing(tree: &KdTree, points: &[Point3<f64>]) -> f64 {
-    let step = points.len().div_ceil(SPACING_QUERIES).max(1);
-    let means: Vec<f64> = points
+/// s̄ of the distinct points that are not `out`, measured at every k-th of a
+/// large cloud. `rest` are their indices.
+fn mean_spacing(tree: &KdTree, points: &[Point3<f64>], rest: &[u32], out: &[bool]) -> f64 {
+    let step = rest.len().div_ceil(SPACING_QUERIES).max(1);
+    let means: Vec<f64> = rest
         .par_iter()
         .step_by(step)
-        .map_init(Vec::new, |found, p| {
+        .map_init(Vec::new, |found, &i| {
+            let is_in = |j: u32| !out[j as usize];
             // The nearest hit is the point itself.
-            tree.nearest_into(p, SPACING_NEIGHBORS + 1, found);
+            tree.nearest_of_into(&points[i as usize], SPACING_NEIGHBORS + 1, is_in, found);
             let others = found.len().saturating_sub(1).max(1) as f64;
             found.iter().skip(1).map(|(d2, _)| d2.sqrt()).sum::<f64>() / others
         })
@@ -189,29 +190,37 @@ fn mean_spacing(tree: &KdTree, points: &[Point3<f64>]) -> f64 {
 }
 
 /// Whether each point is in a connected component of at most
-/// [`LARGEST_COMPONENT`] points.
+/// [`LARGEST_COMPONENT`] points that are not `out`; `rest` are their indices.
 ///
 /// Points that follow each other along the curve are joined first, which shows
 /// most of a surface to be large. Of the others the neighbours are looked up,
 /// until one is known to be in a large component or there are too many for a
 /// small one: so each point is looked at a few times, however dense.
-fn in_small_components(tree: &KdTree, points: &[Point3<f64>], radius: f64) -> Vec<bool> {
+fn in_small_components(
+    tree: &KdTree,
+    points: &[Point3<f64>],
+    rest: &[u32],
+    out: &[bool],
+    radius: f64,
+) -> Vec<bool> {
     let r2 = radius * radius;
     let mut parts = Parts::of(points.len() as u32);
-    for (i, p) in (0u32..).zip(points) {
-        for (j, q) in (i + 1..).zip(points[i as usize + 1..].iter().take(FOLLOWERS)) {
-            if (p - q).norm_squared() <= r2 {
+    for (k, &i) in rest.iter().enumerate() {
+        let p = &points[i as usize];
+        for &j in rest[k + 1..].iter().take(FOLLOWERS) {
+            if (p - points[j as usize]).norm_squared() <= r2 {
                 parts.join(i, j);
             }
         }
     }
-    let mut is_large: Vec<bool> = (0..points.len() as u32).map(|i| parts.is_large(i)).collect();
-    let unknown: Vec<u32> = (0..points.len() as u32).filter(|&i| !is_large[i as usize]).collect();
+    let mut is_large = vec![false; points.len()];
+    rest.iter().for_each(|&i| is_large[i as usize] = parts.is_large(i));
+    let unknown: Vec<u32> = rest.iter().copied().filter(|&i| !is_large[i as usize]).collect();
     for block in unknown.chunks(BLOCK) {
         let found: Vec<Neighborhood> = block
             .par_iter()
             .with_min_len(256)
-            .map(|&i| Neighborhood::of(i, tree, &points[i as usize], radius, &is_large))
+            .map(|&i| Neighborhood::of(i, tree, &points[i as usize], radius, &is_large, out))
             .collect();
         for (&i, neighborhood) in block.iter().zip(found) {
             match neighborhood {
@@ -223,7 +232,9 @@ fn in_small_components(tree: &KdTree, points: &[Point3<f64>], radius: f64) -> Ve
             }
         }
     }
-    (0..points.len() as u32).map(|i| !parts.is_large(i)).collect()
+    let mut is_small = vec![false; points.len()];
+    rest.iter().for_each(|&i| is_small[i as usize] = !parts.is_large(i));
+    is_small
 }
 
 /// What is around a point.
@@ -235,9 +246,12 @@ enum Neighborhood {
 }
 
 impl Neighborhood {
-    fn of(i: u32, tree: &KdTree, p: &Point3<f64>, radius: f64, is_large: &[bool]) -> Self {
+    fn of(i: u32, tree: &KdTree, p: &Point3<f64>, radius: f64, is_large: &[bool], out: &[bool]) -> Self {
         let mut neighbors = Vec::new();
         let end = tree.within_until(p, radius, |_, j| {
+            if out[j as usize] {
+                return ControlFlow::Continue(());
+            }
             if is_large[j as usize] || neighbors.len() == LARGEST_COMPONENT {
                 return ControlFlow::Break(());
             }
@@ -295,36 +309,50 @@ impl Parts {
     }
 }
 
-/// Whether each point lies on a sheet (or line) of points: amid others, most of
-/// which see theirs in a plane. Here and there a point of a volume does, too, but
-/// not most in one place.
-fn on_sheets(points: &[Point3<f64>]) -> Vec<bool> {
-    if points.len() <= SHEET_NEIGHBORS {
-        return vec![false; points.len()];
+/// Whether each of some points lies on a sheet (or line) of them: amid others,
+/// most of which see theirs in a plane. Here and there a point of a volume does,
+/// too, but not most in one place. `chosen` are their indices; those that are
+/// `known` not to are not looked at, but for what the others need.
+fn on_sheets(points: &[Point3<f64>], chosen: &[u32], known: &[bool]) -> Vec<bool> {
+    if chosen.len() <= SHEET_NEIGHBORS {
+        return vec![false; chosen.len()];
     }
-    let tree = KdTree::new(points);
-    let neighbors: Vec<[u32; SHEET_NEIGHBORS]> = (0..points.len() as u32)
-        .into_par_iter()
-        .map_init(Vec::new, |found, i| {
-            tree.nearest_into(&points[i as usize], SHEET_NEIGHBORS + 1, found);
-            let mut others = found.iter().map(|f| f.1).filter(|&j| j != i);
-            std::array::from_fn(|_| others.next().unwrap_or(i))
-        })
-        .collect();
-    let seen: Vec<Surroundings> = points
-        .par_iter()
-        .zip(&neighbors)
-        .map(|(p, near)| Surroundings::new(p, near.map(|j| points[j as usize])))
-        .collect();
-    seen.iter()
-        .zip(&neighbors)
-        .map(|(own, near)| {
-            own.is_amid && 2 * near.iter().filter(|&&j| seen[j as usize].is_flat).count() >= SHEET_NEIGHBORS
-        })
-        .collect()
+    let points: Vec<Point3<f64>> = chosen.iter().map(|&i| points[i as usize]).collect();
+    let tree = KdTree::new(&points);
+    let neighbors_of = |found: &mut Vec<(f64, u32)>, i: u32| -> [u32; SHEET_NEIGHBORS] {
+        tree.nearest_into(&points[i as usize], SHEET_NEIGHBORS + 1, found);
+        let mut others = found.iter().map(|f| f.1).filter(|&j| j != i);
+        std::array::from_fn(|_| others.next().unwrap_or(i))
+    };
+    let asked: Vec<u32> =
+        (0u32..).zip(chosen).filter(|(_, i)| !known[**i as usize]).map(|(k, _)| k).collect();
+    let neighbors: Vec<[u32; SHEET_NEIGHBORS]> =
+        asked.par_iter().map_init(Vec::new, |found, &k| neighbors_of(found, k)).collect();
+    let surroundings = |k: u32, near: &[u32; SHEET_NEIGHBORS]| {
+        Surroundings::new(&points[k as usize], near.map(|j| points[j as usize]))
+    };
+    let mut seen = vec![None; points.len()];
+    let own: Vec<Surroundings> =
+        asked.par_iter().zip(&neighbors).map(|(&k, near)| surroundings(k, near)).collect();
+    asked.iter().zip(own).for_each(|(&k, own)| seen[k as usize] = Some(own));
+    // What the neighbours see that nobody has asked for.
+    let mut is_needed = vec![false; points.len()];
+    neighbors.iter().flatten().for_each(|&j| is_needed[j as usize] = seen[j as usize].is_none());
+    seen.par_iter_mut()
+        .zip(0u32..points.len() as u32)
+        .filter(|(_, k)| is_needed[*k as usize])
+        .for_each_init(Vec::new, |found, (seen, k)| *seen = Some(surroundings(k, &neighbors_of(found, k))));
+    let mut on_sheet = vec![false; points.len()];
+    for (&k, near) in asked.iter().zip(&neighbors) {
+        let is_flat = |j: &&u32| seen[**j as usize].is_some_and(|s| s.is_flat);
+        on_sheet[k as usize] = seen[k as usize].is_some_and(|s| s.is_amid)
+            && 2 * near.iter().filter(is_flat).count() >= SHEET_NEIGHBORS;
+    }
+    on_sheet
 }
 
 /// What a point sees of its neighbours.
+#[derive(Clone, Copy)]
 struct Surroundings {
     /// They are about the point, not all to one side and far.
     is_amid: bool,
@@ -383,7 +411,9 @@ mod tests {
                 part.iter().for_each(|&i| size[i] = part.len());
             }
             let expected: Vec<bool> = size.iter().map(|&n| n <= LARGEST_COMPONENT).collect();
-            assert_eq!(in_small_components(&tree, &points, radius), expected, "radius {radius}");
+            let rest: Vec<u32> = (0..points.len() as u32).collect();
+            let out = vec![false; points.len()];
+            assert_eq!(in_small_components(&tree, &points, &rest, &out, radius), expected, "radius {radius}");
         }
     }
 

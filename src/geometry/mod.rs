@@ -18,5 +18,9 @@ pub mod tessellate;
 
 pub use cloud::{NO_SAMPLE, SampleCloud, SampledPart};
 pub use mesh::TriMesh;
-pub use sampling::{Isolated, SamplingError, SamplingOptions, Surface, sample_cloud, sample_mesh};
+#[cfg(feature = "window")]
+pub(crate) use morton::short_code;
+pub use sampling::{
+    Isolated, SamplingError, SamplingOptions, Surface, sample_cloud, sample_mesh, scatter_mesh,
+};
 pub use superquadric::Superquadric;

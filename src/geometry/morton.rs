@@ -113,7 +113,7 @@ fn spread_short(mut x: u64) -> u64 {
 
 /// A Morton code of 21 bits an axis, for a point of the box [−1, 1]³ (others
 /// count as on its border): points that are near each other get near codes.
-pub(super) fn short_code(p: &Point3<f64>) -> u64 {
+pub(crate) fn short_code(p: &Point3<f64>) -> u64 {
     let top = (1u64 << 21) - 1;
     let weave = |c: f64| spread_short((((c + 1.0) * 0.5 * (top + 1) as f64) as u64).min(top));
     weave(p.x) << 2 | weave(p.y) << 1 | weave(p.z)

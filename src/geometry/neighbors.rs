@@ -54,9 +54,20 @@ impl KdTree {
     /// As [`KdTree::nearest`], into a vector that is cleared first: many
     /// queries need no memory of their own.
     pub fn nearest_into(&self, query: &Point3<f64>, k: usize, found: &mut Vec<(f64, u32)>) {
+        self.nearest_of_into(query, k, |_| true, found);
+    }
+
+    /// As [`KdTree::nearest_into`], of the points that `is_asked` names.
+    pub fn nearest_of_into(
+        &self,
+        query: &Point3<f64>,
+        k: usize,
+        is_asked: impl Fn(u32) -> bool,
+        found: &mut Vec<(f64, u32)>,
+    ) {
         found.clear();
         if k > 0 {
-            self.nearest_in((0, self.points.len()), query, [0.0; 3], k, found);
+            self.nearest_in((0, self.points.len()), query, [0.0; 3], k, &is_asked, found);
         }
     }
 
@@ -68,10 +79,14 @@ impl KdTree {
         query: &Point3<f64>,
         beyond: [f64; 3],
         k: usize,
+        is_asked: &impl Fn(u32) -> bool,
         found: &mut Vec<(f64, u32)>,
     ) {
         let mut offer = |i: usize| {
             let candidate = ((self.points[i] - query).norm_squared(), self.index[i]);
+            if !is_asked(candidate.1) {
+                return;
+            }
             if found.len() < k {
                 found.push(candidate);
             } else if candidate < found[k - 1] {
@@ -95,14 +110,14 @@ impl KdTree {
         let axis = self.axis[mid] as usize;
         let offset = self.points[mid][axis] - query[axis];
         let (near, far) = if offset > 0.0 { ((lo, mid), (mid + 1, hi)) } else { ((mid + 1, hi), (lo, mid)) };
-        self.nearest_in(near, query, beyond, k, found);
+        self.nearest_in(near, query, beyond, k, is_asked, found);
         let mut farther = beyond;
         farther[axis] = offset;
         // Summed as the distances of points are: rounding can't make the box
         // farther than a point in it.
         let [x, y, z] = farther;
         if found.len() < k || x * x + y * y + z * z <= found[k - 1].0 {
-            self.nearest_in(far, query, farther, k, found);
+            self.nearest_in(far, query, farther, k, is_asked, found);
         }
     }
 

@@ -25,6 +25,7 @@ mod lines;
 mod mesh;
 mod offscreen;
 pub mod picking;
+mod point_index;
 mod points;
 mod renderer;
 mod surfaces;
@@ -35,4 +36,5 @@ pub use frame::{
 };
 pub use offscreen::{Offscreen, OffscreenError};
 pub use picking::{Pick, PickId, PickScene};
+pub use point_index::PointIndex;
 pub use renderer::{RenderOptions, Renderer};

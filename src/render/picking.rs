@@ -5,6 +5,7 @@ use glam::{Vec2, Vec3, Vec4};
 use nalgebra::{Point3, Vector3};
 
 use super::frame::{Frame, PrimitiveInstance, Ray, SurfaceStyle};
+use super::point_index::PointIndex;
 use crate::geometry::Superquadric;
 
 /// A point may be missed by this many logical pixels.
@@ -38,6 +39,8 @@ pub struct PickScene<'a> {
     pub points: &'a [[f32; 3]],
     /// One a point, or empty; points of alpha 0 are not hit.
     pub point_colors: &'a [[u8; 4]],
+    /// That of the points: without it all of them are looked at.
+    pub point_index: Option<&'a PointIndex>,
     pub primitives: &'a [PrimitiveInstance],
 }
 
@@ -85,22 +88,23 @@ fn nearest_point(scene: &PickScene<'_>, frame: &Frame, pixel: Vec2) -> Option<Pi
     let reach = (radius * LARGEST).max(TOLERANCE * scale) + 0.5;
 
     // Best of the points over the pixel, and of those that nearly are.
-    let (mut over, mut near) = ((f32::INFINITY, None), (f32::INFINITY, None));
-    for (i, &[px, py, pz]) in scene.points.iter().enumerate() {
+    let (mut over, mut near) = ((f32::INFINITY, None::<usize>), (f32::INFINITY, None));
+    let mut look = |i: usize| {
+        let Some(&[px, py, pz]) = scene.points.get(i) else { return };
         let along = |row: Vec4| row.x * px + row.y * py + row.z * pz + row.w;
         let w = along(row_w);
         let (dx, dy) = (along(x), along(y));
         let limit = reach * w;
         // The comparisons are false for a point that is not finite.
         if !(w > 0.0 && dx.abs() <= limit && dy.abs() <= limit) {
-            continue;
+            return;
         }
         if scene.point_colors.get(i).is_some_and(|c| c[3] == 0) {
-            continue;
+            return;
         }
         // In front of the near plane (reversed depth: z > w) nothing is drawn.
         if along(row_z) > w {
-            continue;
+            return;
         }
         let depth = along(depth_row);
         let growth = if orthographic { 1.0 } else { (reference / depth).sqrt().clamp(0.4, LARGEST) };
@@ -110,11 +114,18 @@ fn nearest_point(scene: &PickScene<'_>, frame: &Frame, pixel: Vec2) -> Option<Pi
         } else if distance <= TOLERANCE * scale {
             &mut near
         } else {
-            continue;
+            return;
         };
-        if depth < best.0 {
+        if depth < best.0 || (depth == best.0 && best.1.is_some_and(|other| i < other)) {
             *best = (depth, Some(i));
         }
+    };
+    match scene.point_index {
+        Some(index) => {
+            let limit = row_w * reach;
+            index.within([row_w, limit - x, limit + x, limit - y, limit + y]).for_each(&mut look);
+        }
+        None => (0..scene.points.len()).for_each(&mut look),
     }
     over.1.or(near.1).map(|i| Pick { id: PickId::Point(i), position: Vec3::from_array(scene.points[i]) })
 }

@@ -1,10 +1,17 @@
 //! From input units to the space that is drawn: centred, y up, the longest
 //! edge of the shape's box 1 long.
 
+use std::collections::BTreeSet;
+
 use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
+use rayon::prelude::*;
 
 use super::camera::Bounds;
-use crate::geometry::Superquadric;
+use crate::geometry::palette::{UNASSIGNED_COLOR, color_of};
+use crate::geometry::{NO_SAMPLE, Superquadric};
+use crate::inference::UNASSIGNED;
+use crate::io::ShapeGeometry;
+use crate::worker::LoadedShape;
 
 /// Which axis of the input points upwards.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -78,6 +85,50 @@ impl SceneFromInput {
 /// Size of a box in input units, for people: `1.2 × 0.8 × 0.8`.
 pub fn extent_of(points: &[Point3<f64>]) -> Vector3<f64> {
     Bounds::around(points.iter().copied()).map_or_else(Vector3::zeros, |b| b.size())
+}
+
+/// The points that stand for a shape on the screen, in input units: all of an
+/// input cloud, the samples of a mesh.
+pub fn shown_points(loaded: &LoadedShape) -> &[Point3<f64>] {
+    match (&loaded.shape.geometry, &loaded.cloud.sample_of_input) {
+        (ShapeGeometry::Cloud(input), Some(_)) => &input.points,
+        _ => &loaded.cloud.points,
+    }
+}
+
+/// The sample that stands for a shown point; `None` for one without, such as an
+/// outlier.
+pub fn sample_of_shown(loaded: &LoadedShape, shown: usize) -> Option<usize> {
+    match &loaded.cloud.sample_of_input {
+        Some(map) => map.get(shown).filter(|&&sample| sample != NO_SAMPLE).map(|&sample| sample as usize),
+        None => Some(shown),
+    }
+}
+
+/// The colours of the shown points, RGBA in sRGB encoding: those of the
+/// primitives that the samples' `labels` name, transparent where they are
+/// `hidden`, grey where there is none.
+pub fn shown_colors(loaded: &LoadedShape, labels: &[u32], hidden: &BTreeSet<u32>) -> Vec<[u8; 4]> {
+    let [r, g, b] = UNASSIGNED_COLOR;
+    let unassigned = [r, g, b, 255];
+    let color = |label: u32| match label {
+        UNASSIGNED => unassigned,
+        id if !hidden.is_empty() && hidden.contains(&id) => [0; 4],
+        id => {
+            let [r, g, b] = color_of(id);
+            [r, g, b, 255]
+        }
+    };
+    let of_samples: Vec<[u8; 4]> = labels.iter().map(|&label| color(label)).collect();
+    match &loaded.cloud.sample_of_input {
+        None => of_samples,
+        Some(map) => map
+            .par_iter()
+            .with_min_len(1 << 14)
+            // A point without a sample is in range of nothing.
+            .map(|&sample| of_samples.get(sample as usize).copied().unwrap_or(unassigned))
+            .collect(),
+    }
 }
 
 #[cfg(test)]

@@ -1,17 +1,22 @@
 //! The data that the viewport uploads, made anew only when its source changed.
 
 use std::collections::BTreeSet;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::Point3;
+use rayon::prelude::*;
 
-use crate::geometry::palette::{UNASSIGNED_COLOR, color_of};
+use crate::geometry::palette::color_of;
 use crate::inference::UNASSIGNED;
 use crate::io::ShapeGeometry;
-use crate::render::{Highlight, PickScene, PrimitiveInstance};
+use crate::render::{Highlight, PickScene, PointIndex, PrimitiveInstance};
 use crate::session::Session;
-use crate::session::scene::SceneFromInput;
+use crate::session::scene::{SceneFromInput, shown_colors, shown_points};
 use crate::worker::{LoadedShape, Snapshot};
+
+/// Up to this many points, what lies under the pointer is looked up as it moves
+/// also without an index.
+const QUICK_POINTS: usize = 200_000;
 
 /// Data with a number that changes when it does; 0 is no data.
 #[derive(Debug, Default)]
@@ -64,6 +69,8 @@ struct Made {
 pub(super) struct Scene {
     made: Made,
     pub(super) points: Versioned<Vec<[f32; 3]>>,
+    /// That of the points, once it has been made in the background.
+    index: Arc<OnceLock<PointIndex>>,
     pub(super) colors: Versioned<Vec<[u8; 4]>>,
     pub(super) mesh: Versioned<Mesh>,
     pub(super) primitives: Versioned<Vec<PrimitiveInstance>>,
@@ -107,7 +114,12 @@ impl Scene {
             [p.x as f32, p.y as f32, p.z as f32]
         };
         let Some(loaded) = &session.loaded else { return };
-        self.points.set(loaded.cloud.points.iter().map(to_scene).collect());
+        self.points.set(shown_points(loaded).par_iter().with_min_len(1 << 14).map(to_scene).collect());
+        self.index = Arc::default();
+        let (points, index) = (Arc::clone(&self.points.data), Arc::clone(&self.index));
+        rayon::spawn(move || {
+            index.get_or_init(|| PointIndex::new(&points));
+        });
         self.mesh.set(match &loaded.shape.geometry {
             ShapeGeometry::Mesh(mesh) => {
                 Mesh { vertices: mesh.vertices.iter().map(to_scene).collect(), faces: mesh.faces.clone() }
@@ -117,19 +129,15 @@ impl Scene {
     }
 
     fn color_points(&mut self, session: &Session) {
-        let [r, g, b] = UNASSIGNED_COLOR;
-        let unassigned = [r, g, b, 255];
         let colors = match (&session.snapshot, &session.loaded) {
-            (Some(snapshot), _) => {
-                let color = |label: &u32| match *label {
-                    UNASSIGNED => unassigned,
-                    id if session.hidden.contains(&id) => [0; 4],
-                    id => opaque(id),
-                };
-                snapshot.abstraction.labels.iter().map(color).collect()
+            (Some(snapshot), Some(loaded)) => {
+                shown_colors(loaded, &snapshot.abstraction.labels, &session.hidden)
             }
-            (None, Some(loaded)) => vec![unassigned; loaded.cloud.points.len()],
-            (None, None) => Vec::new(),
+            // Nothing is labelled yet.
+            (None, Some(loaded)) => {
+                shown_colors(loaded, &vec![UNASSIGNED; loaded.cloud.points.len()], &session.hidden)
+            }
+            (_, None) => Vec::new(),
         };
         self.colors.set(colors);
     }
@@ -159,14 +167,16 @@ impl Scene {
         self.primitives.set(instances);
     }
 
-    pub(super) fn points(&self) -> &[[f32; 3]] {
-        &self.points.data
+    /// Whether what lies under the pointer is found in no time.
+    pub(super) fn is_quick_to_pick(&self) -> bool {
+        self.points.data.len() <= QUICK_POINTS || self.index.get().is_some()
     }
 
     pub(super) fn pickable(&self) -> PickScene<'_> {
         PickScene {
             points: &self.points.data,
             point_colors: &self.colors.data,
+            point_index: self.index.get(),
             primitives: &self.primitives.data,
         }
     }

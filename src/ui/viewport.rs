@@ -14,14 +14,13 @@ use crate::render::{
 use crate::session::Session;
 use crate::session::action::Action;
 use crate::session::camera::Camera;
+use crate::session::scene::sample_of_shown;
 use crate::session::view::{self, Layer};
 
 /// Radians a logical pixel of dragging.
 const ORBIT_SPEED: f64 = 0.008;
 /// Zoom a logical pixel of scrolling.
 const ZOOM_SPEED: f64 = 0.0022;
-/// Up to this many points, what lies under the pointer is looked up as it moves.
-const HOVER_LIMIT: usize = 200_000;
 
 /// The viewport's own state: what was uploaded, what is hovered.
 #[derive(Debug, Default)]
@@ -114,7 +113,7 @@ impl Viewport {
         }
         let is_dragging = response.dragged();
         let wants_pick = response.clicked() || response.double_clicked();
-        if !wants_pick && (is_dragging || self.scene.points().len() > HOVER_LIMIT) {
+        if !wants_pick && (is_dragging || !self.scene.is_quick_to_pick()) {
             self.set_hovered(ui, previously, None);
             return;
         }
@@ -158,6 +157,7 @@ impl Viewport {
         match pick.id {
             PickId::Primitive(id) => Some(id),
             PickId::Point(index) => {
+                let index = sample_of_shown(session.loaded.as_ref()?, index)?;
                 let label = *session.snapshot.as_ref()?.abstraction.labels.get(index)?;
                 (label != crate::inference::UNASSIGNED).then_some(label)
             }

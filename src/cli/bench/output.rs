@@ -21,7 +21,7 @@ pub(super) fn markdown(table: &Table) -> String {
         let versus = table.comparison.as_ref().map(|all| all.iter().find(|v| v.method == total.method));
         cells.push(total_line(total, versus, filled));
     }
-    let mut text = aligned(&cells);
+    let mut text = aligned(&cells, 2);
     text.push_str(
         "\nMedians over seeds; spread is worst/median. The last rows are geometric means, \
          and the mean for IoU. Lengths are in units of the reference's longest edge, seconds are those of \
@@ -120,13 +120,14 @@ fn count(value: f64) -> String {
     if value.fract() == 0.0 { format!("{value:.0}") } else { format!("{value:.1}") }
 }
 
-fn none() -> String {
+/// Where there is no figure.
+pub(super) fn none() -> String {
     "–".to_owned()
 }
 
 /// Rows of cells as Markdown, in columns also for those who read the text:
-/// two columns of words, then numbers.
-fn aligned(cells: &[Vec<String>]) -> String {
+/// as many columns of `words`, then numbers.
+pub(super) fn aligned(cells: &[Vec<String>], words: usize) -> String {
     let columns = cells.first().map_or(0, Vec::len);
     let width = |k: usize| cells.iter().map(|row| row[k].chars().count()).max().unwrap_or(0).max(3);
     let widths: Vec<usize> = (0..columns).map(width).collect();
@@ -135,14 +136,14 @@ fn aligned(cells: &[Vec<String>]) -> String {
         text.push('|');
         for (k, cell) in row.iter().enumerate() {
             let pad = " ".repeat(widths[k] - cell.chars().count());
-            text.push_str(&if k < 2 { format!(" {cell}{pad} |") } else { format!(" {pad}{cell} |") });
+            text.push_str(&if k < words { format!(" {cell}{pad} |") } else { format!(" {pad}{cell} |") });
         }
         text.push('\n');
         if i == 0 {
             text.push('|');
             for (k, width) in widths.iter().enumerate() {
                 let dashes = "-".repeat(width + 1);
-                text.push_str(&if k < 2 { format!("{dashes}-|") } else { format!("{dashes}:|") });
+                text.push_str(&if k < words { format!("{dashes}-|") } else { format!("{dashes}:|") });
             }
             text.push('\n');
         }

@@ -1,0 +1,191 @@
+//! The settings of a run, as `run`, `bench` and the window's start take them.
+
+use std::str::FromStr;
+
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use clap::{Args, ValueEnum};
+
+use crate::geometry::{Isolated, SamplingOptions, Surface};
+use crate::inference::{MergeRule, Method, Params, Setting};
+
+/// A method, what it is tuned with, and what of a shape it is given.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Settings")]
+pub(super) struct SettingsArgs {
+    /// How to abstract the shape; the other options tune what the method reads
+    #[arg(long, visible_alias = "preset", value_name = "NAME", value_parser = methods(), default_value = "default")]
+    method: Method,
+    #[command(flatten)]
+    tuning: TuningArgs,
+    /// Part of a mesh that is sampled
+    #[arg(long, value_enum, default_value_t = SurfaceChoice::Outside)]
+    surface: SurfaceChoice,
+    /// What becomes of the isolated points of a cloud
+    #[arg(long, value_enum, default_value_t = IsolatedChoice::LeaveOut)]
+    isolated: IsolatedChoice,
+    /// Seed of all random draws, a whole number: the same seed gives the same
+    /// result [default: 1]
+    #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = whole::<u64>)]
+    seed: Option<u64>,
+}
+
+/// The numbers that methods are tuned with, as far as they read them.
+#[derive(Debug, Default, Args)]
+pub(super) struct TuningArgs {
+    /// Number of samples N, from 100 to 200000 [default: 5500]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
+    pub(super) points: Option<usize>,
+    /// Concentration α: the larger, the more primitives; from 0.001 to 100
+    /// [default: 0.5]
+    #[arg(long, value_name = "ALPHA", allow_negative_numbers = true)]
+    pub(super) alpha: Option<f64>,
+    /// Density p0 that a new primitive gives to any point, from 1e-6 to 10
+    /// [default: 0.1]
+    #[arg(long, value_name = "P0", allow_negative_numbers = true)]
+    pub(super) p0: Option<f64>,
+    /// Number of Gibbs iterations T, from 1 to 500 [default: 30]
+    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = whole::<u32>)]
+    pub(super) iterations: Option<u32>,
+    /// Number of clusters K at the start, from 1 to 500 [default: 30]
+    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = whole::<u32>)]
+    pub(super) clusters: Option<u32>,
+    /// Cost of a primitive: more gives fewer primitives with larger errors, from
+    /// 0.1 to 10 [default: 1]
+    #[arg(long, value_name = "C", allow_negative_numbers = true)]
+    pub(super) primitive_cost: Option<f64>,
+    /// Share of outliers that EMS expects, from 0.01 to 0.99 [default: 0.5, and 0.9
+    /// for hierarchical-ems]
+    #[arg(long, value_name = "W0", allow_negative_numbers = true)]
+    pub(super) outlier_prior: Option<f64>,
+    /// Leave the primitives unmerged
+    #[arg(long)]
+    pub(super) no_merge: bool,
+}
+
+/// The methods, with what they do.
+pub(super) fn methods() -> impl TypedValueParser<Value = Method> {
+    let values = Method::ALL.map(|method| PossibleValue::new(method.name()).help(method.tooltip()));
+    PossibleValuesParser::new(values).try_map(|name| name.parse::<Method>())
+}
+
+/// A number that counts something.
+fn whole<T: FromStr>(text: &str) -> Result<T, String> {
+    text.parse().map_err(|_| "it must be a whole number, and not negative".to_owned())
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum SurfaceChoice {
+    /// What can be seen from outside: no inner walls, no buried parts
+    Outside,
+    /// Every face
+    All,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum IsolatedChoice {
+    /// They are outliers: no primitive is made for them
+    LeaveOut,
+    /// They are points like the others
+    Keep,
+}
+
+impl TuningArgs {
+    /// The usual sampling, with the number of samples that was asked for.
+    pub(super) fn sampling(&self) -> Result<SamplingOptions, String> {
+        let usual = SamplingOptions::default();
+        let sampling = SamplingOptions { points: self.points.unwrap_or(usual.points), ..usual };
+        sampling.check().map(|()| sampling).map_err(|e| e.to_string())
+    }
+
+    /// The method's parameters, with the changes that it reads.
+    pub(super) fn params(&self, method: Method) -> Result<Params, String> {
+        let mut params = method.params();
+        if self.no_merge && params.reads(Setting::Merge) {
+            params.merge = MergeRule::None;
+        }
+        fn change<T: Copy>(value: &mut T, reads: bool, given: Option<T>) {
+            *value = given.filter(|_| reads).unwrap_or(*value);
+        }
+        let of = params;
+        change(&mut params.alpha, of.reads(Setting::Alpha), self.alpha);
+        change(&mut params.p0, of.reads(Setting::P0), self.p0);
+        change(&mut params.iterations, of.reads(Setting::Iterations), self.iterations);
+        change(&mut params.clusters, of.reads(Setting::Clusters), self.clusters);
+        change(&mut params.primitive_cost, of.reads(Setting::PrimitiveCost), self.primitive_cost);
+        change(&mut params.outlier_prior, of.reads(Setting::OutlierPrior), self.outlier_prior);
+        params.check().map(|()| params)
+    }
+
+    /// The first option that was given although none of the parameters reads
+    /// it.
+    pub(super) fn unread(&self, params: &[Params]) -> Option<&'static str> {
+        [
+            (self.alpha.is_some(), "--alpha", Setting::Alpha),
+            (self.p0.is_some(), "--p0", Setting::P0),
+            (self.iterations.is_some(), "--iterations", Setting::Iterations),
+            (self.clusters.is_some(), "--clusters", Setting::Clusters),
+            (self.primitive_cost.is_some(), "--primitive-cost", Setting::PrimitiveCost),
+            (self.outlier_prior.is_some(), "--outlier-prior", Setting::OutlierPrior),
+            (self.no_merge, "--no-merge", Setting::Merge),
+        ]
+        .into_iter()
+        .find(|&(given, _, setting)| given && !params.iter().any(|p| p.reads(setting)))
+        .map(|(_, option, _)| option)
+    }
+}
+
+impl SettingsArgs {
+    /// The settings, within their limits.
+    pub(super) fn resolve(&self) -> Result<(SamplingOptions, Params), String> {
+        let mut params = self.tuning.params(self.method)?;
+        if let Some(option) = self.tuning.unread(&[params]) {
+            return Err(format!("--method {} does not read {option}; leave it out", self.method));
+        }
+        let mut sampling = SamplingOptions {
+            surface: match self.surface {
+                SurfaceChoice::Outside => Surface::Outside,
+                SurfaceChoice::All => Surface::All,
+            },
+            isolated: match self.isolated {
+                IsolatedChoice::LeaveOut => Isolated::LeaveOut,
+                IsolatedChoice::Keep => Isolated::Keep,
+            },
+            ..self.tuning.sampling()?
+        };
+        if let Some(seed) = self.seed {
+            (sampling.seed, params.seed) = (seed, seed);
+        }
+        Ok((sampling, params))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn methods_take_the_changes_that_they_read() {
+        let tuning = TuningArgs {
+            alpha: Some(2.0),
+            clusters: Some(7),
+            primitive_cost: Some(3.0),
+            no_merge: true,
+            ..TuningArgs::default()
+        };
+        let merge = MergeRule::None;
+        for (method, expected) in [
+            (
+                Method::Default,
+                Params { alpha: 2.0, clusters: 7, primitive_cost: 3.0, merge, ..Params::default() },
+            ),
+            (Method::KMeans, Params { clusters: 7, ..Method::KMeans.params() }),
+            (Method::Paper, Params { alpha: 2.0, clusters: 7, merge, ..Params::paper() }),
+        ] {
+            assert_eq!(tuning.params(method), Ok(expected), "{method}");
+        }
+        let [kmeans, paper] = [Method::KMeans, Method::Paper].map(Method::params);
+        assert_eq!(tuning.unread(&[kmeans]), Some("--alpha"));
+        assert_eq!(tuning.unread(&[kmeans, paper]), Some("--primitive-cost"));
+        assert_eq!(tuning.unread(&[kmeans, paper, Params::default()]), None);
+    }
+}
