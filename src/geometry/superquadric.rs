@@ -141,8 +141,25 @@ impl Superquadric {
 
     /// Whether the point lies strictly inside.
     pub fn contains(&self, x: &Point3<f64>) -> bool {
-        let p = self.local(x);
-        p.z.abs() < self.semi_axes.z && self.log_h(&self.untapered(&p)) < 0.0
+        let q = self.untapered(&self.local(x));
+        let n = q.component_div(&self.semi_axes).abs();
+        // Logarithms are for what simpler bodies leave open: the box around
+        // it, the octahedron inside and the ellipsoid on one side or the other.
+        if n.max() >= 1.0 {
+            return false;
+        }
+        let [least, most] = [self.exponents[0].min(self.exponents[1]), self.exponents[0].max(self.exponents[1])];
+        if most <= 2.0 && n.sum() < 1.0 {
+            return true;
+        }
+        let in_ellipsoid = n.norm_squared() < 1.0;
+        if in_ellipsoid && most <= 1.0 {
+            return true;
+        }
+        if !in_ellipsoid && least >= 1.0 {
+            return false;
+        }
+        self.log_h(&q) < 0.0
     }
 
     /// First-order Euclidean distance |r|/|∇ₓr| of a world point to the

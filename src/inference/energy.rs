@@ -53,7 +53,7 @@ pub(crate) fn is_lonely(model: &Model, i: u32) -> bool {
 pub(crate) struct Piece {
     pub(crate) shape: Superquadric,
     /// Distance of each point of the cloud.
-    pub(crate) distances: Vec<f64>,
+    pub(crate) distances: Vec<f32>,
     /// Surface samples, each with its cost where it is visible.
     samples: Vec<(SurfaceSample, f64)>,
     radius: f64,
@@ -110,7 +110,7 @@ impl Assembly {
             pieces,
             most,
         };
-        let mut least = vec![f64::INFINITY; model.points.len()];
+        let mut least = vec![f32::INFINITY; model.points.len()];
         for (j, piece) in (0u32..).zip(&whole.pieces) {
             for ((least, nearest), d) in least.iter_mut().zip(&mut whole.nearest).zip(&piece.distances) {
                 if d < least {
@@ -146,8 +146,8 @@ impl Assembly {
         self.nearest.iter().map(|&j| (j != NONE).then_some(j))
     }
 
-    fn point_cost(&self, model: &Model, i: u32, distance: f64) -> f64 {
-        let cost = rounded(distance, model.spacing);
+    fn point_cost(&self, model: &Model, i: u32, distance: f32) -> f64 {
+        let cost = rounded(f64::from(distance), model.spacing);
         if cost > self.most && is_lonely(model, i) { self.most } else { cost }
     }
 
@@ -190,11 +190,11 @@ impl Assembly {
             let gone = nearest == NONE || removed.contains(&(nearest as usize));
             let before = if gone {
                 let left = self.pieces.iter().enumerate().filter(|(k, _)| !removed.contains(k));
-                left.map(|(_, piece)| piece.distances[at]).fold(f64::INFINITY, f64::min)
+                left.map(|(_, piece)| piece.distances[at]).fold(f32::INFINITY, f32::min)
             } else {
                 self.pieces[nearest as usize].distances[at]
             };
-            let now = added.iter().map(|piece| piece.distances[at]).fold(before, f64::min);
+            let now = added.iter().map(|piece| piece.distances[at]).fold(before, f32::min);
             there += if !gone && now == before { known } else { self.point_cost(model, i, now) };
         }
         let mut back = 0.0;

@@ -19,10 +19,9 @@ use crate::geometry::kernel::{self, Distance};
 /// new table wins.
 fn density(model: &Model, shape: &Superquadric, sigma: f64) -> Vec<f64> {
     let factor = 0.5 / (sigma * (2.0 * std::f64::consts::PI).sqrt());
-    let mut values = Vec::new();
-    kernel::distances(shape, &model.block, Distance::Radial, &mut values);
-    kernel::gaussian(&mut values, factor, sigma);
-    values
+    let mut distances = Vec::new();
+    kernel::distances(shape, &model.block, Distance::Radial, &mut distances);
+    kernel::gaussian(&distances, factor, sigma)
 }
 
 /// The tables while points sit down one after another.

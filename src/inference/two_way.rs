@@ -8,14 +8,14 @@ use nalgebra::{Point3, Vector3};
 use super::field::Field;
 use super::sampler::Cancel;
 use super::trust_region::{Objective, descend};
-use crate::geometry::kernel::{self, Distance, NormalEquations, PointBlock};
+use crate::geometry::kernel::{self, NormalEquations, PointBlock};
 use crate::geometry::superquadric::PARAMETERS;
 use crate::geometry::{Superquadric, tessellate};
 
 /// Distances above so many mean spacings count by their first power, as in the
 /// Chamfer distance; those below, which the cloud can't tell from 0, by their
 /// square.
-const ROUNDING: f64 = 0.12;
+pub(crate) const ROUNDING: f64 = 0.12;
 /// Area of the surface that one point stands for, in squared mean spacings:
 /// between the square (0.86) and the hexagonal (0.87) lattice and blue noise.
 const AREA_PER_POINT: f64 = 0.9;
@@ -85,7 +85,6 @@ impl Surroundings<'_> {
         let mut objective = TwoWay {
             surroundings: *self,
             points: points.iter().copied().collect(),
-            list: points,
             samples: Vec::new(),
             weight: 1.0,
         };
@@ -106,7 +105,6 @@ const TOLERANCE: f64 = 1e-3;
 struct TwoWay<'a> {
     surroundings: Surroundings<'a>,
     points: PointBlock,
-    list: &'a [Point3<f64>],
     /// Visible samples by their place on the primitive, normalised untapered
     /// coordinates: they stay while θ moves, until the next linearisation.
     samples: Vec<Vector3<f64>>,
@@ -142,16 +140,7 @@ impl Objective for TwoWay<'_> {
         // Iteratively reweighted least squares: ρ(d) has the slope d/√(d² + δ²).
         let size = |d: f64| (d * d + delta * delta).sqrt();
 
-        let (mut linear, mut bounded) = (Vec::new(), Vec::new());
-        kernel::distances(shape, &self.points, Distance::FirstOrder, &mut linear);
-        kernel::euclidean_distances(shape, &self.points, &mut bounded);
-        let beyond = |i: usize| bounded[i] > linear[i].abs();
-        let weights: Vec<f64> =
-            (0..bounded.len()).map(|i| if beyond(i) { 0.0 } else { 1.0 / size(linear[i]) }).collect();
-        let mut normal =
-            kernel::weighted_normal_equations(shape, &self.points, &weights, Distance::FirstOrder);
-        normal.cost = bounded.iter().map(|d| rounded(*d, spacing)).sum();
-
+        let mut normal = kernel::rounded_normal_equations(shape, &self.points, delta);
         let mut add = |row: &[f64; PARAMETERS], d: f64, weight: f64| {
             let w = weight / size(d);
             for i in 0..PARAMETERS {
@@ -161,11 +150,6 @@ impl Objective for TwoWay<'_> {
                 }
             }
         };
-        for (i, x) in self.list.iter().enumerate() {
-            if beyond(i) {
-                add(&box_row(shape, x), bounded[i], 1.0);
-            }
-        }
         let mut surface = 0.0;
         for n in &self.samples {
             let offset = field.offset(&shape.world_from_normalized(n));
@@ -180,9 +164,7 @@ impl Objective for TwoWay<'_> {
 
     fn cost(&self, shape: &Superquadric) -> f64 {
         let Surroundings { field, spacing, .. } = self.surroundings;
-        let mut distances = Vec::new();
-        kernel::euclidean_distances(shape, &self.points, &mut distances);
-        let there: f64 = distances.iter().map(|d| rounded(*d, spacing)).sum();
+        let there = kernel::rounded_cost(shape, &self.points, ROUNDING * spacing);
         let back: f64 = self
             .samples
             .iter()
@@ -192,35 +174,8 @@ impl Objective for TwoWay<'_> {
     }
 
     fn least(&self, _: &Superquadric) -> f64 {
-        1e-9 * self.surroundings.spacing * self.list.len() as f64
+        1e-9 * self.surroundings.spacing * self.points.len() as f64
     }
-}
-
-/// ∂/∂θ of the way from a point outside to the box that holds the body,
-/// |(|p| − a·(1 + |k|))₊|: in θ's order, the pose by its right perturbation.
-fn box_row(shape: &Superquadric, x: &Point3<f64>) -> [f64; PARAMETERS] {
-    let p = shape.local(x);
-    let over = (p.abs() - shape.reach()).map(|v| v.max(0.0));
-    let u = over / over.norm().max(f64::MIN_POSITIVE);
-    let g = Vector3::new(u.x * p.x.signum(), u.y * p.y.signum(), u.z * p.z.signum());
-    let turn = g.cross(&p);
-    let [kx, ky] = shape.taper;
-    let a = shape.semi_axes;
-    [
-        0.0,
-        0.0,
-        -u.x * (1.0 + kx.abs()),
-        -u.y * (1.0 + ky.abs()),
-        -u.z,
-        turn.x,
-        turn.y,
-        turn.z,
-        -g.x,
-        -g.y,
-        -g.z,
-        -u.x * a.x * kx.signum(),
-        -u.y * a.y * ky.signum(),
-    ]
 }
 
 /// ∂(u·s)/∂θ of the surface point s that has the normalised coordinates n: the
@@ -316,14 +271,6 @@ mod tests {
             let shape = odd_shape();
             let row = surface_row(&shape, &normalized(&shape), &u);
             check(row, along);
-        }
-    }
-
-    #[test]
-    fn box_rows_are_the_derivatives_of_the_way_to_the_box() {
-        let shape = odd_shape();
-        for x in [Point3::new(4.0, -3.0, 2.0), Point3::new(-2.0, 3.0, -4.0), Point3::new(0.3, -0.2, 5.0)] {
-            check(box_row(&shape, &x), |s| (s.local(&x).abs() - s.reach()).map(|v| v.max(0.0)).norm());
         }
     }
 

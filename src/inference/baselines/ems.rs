@@ -159,7 +159,7 @@ impl Problem {
     fn first_sigma(&self, shape: &Superquadric) -> f64 {
         let mut distances = Vec::new();
         kernel::distances(shape, &self.few, self.distance, &mut distances);
-        let mut squares: Vec<f64> = distances.iter().map(|d| d * d).collect();
+        let mut squares: Vec<f64> = distances.iter().map(|&d| f64::from(d * d)).collect();
         squares.sort_by(f64::total_cmp);
         let n = ((1.0 - self.outlier_prior) * squares.len() as f64).ceil().max(1.0) as usize;
         let kept = &squares[..n.min(squares.len())];
@@ -180,16 +180,17 @@ impl Problem {
         let ln_inlier =
             (1.0 - self.outlier_prior).ln() - area.ln() - 0.5 * (2.0 * std::f64::consts::PI * variance).ln();
         let ln_outlier = self.outlier_prior.ln() - self.ln_volume;
-        let mut weights = Vec::new();
-        kernel::distances(shape, block, self.distance, &mut weights);
+        let mut distances = Vec::new();
+        kernel::distances(shape, block, self.distance, &mut distances);
         let mut sum = 0.0;
-        for w in &mut weights {
-            let odds = ln_inlier - 0.5 * *w * *w / variance - ln_outlier;
+        let probability = |d: &f32| {
+            let odds = ln_inlier - 0.5 * f64::from(d * d) / variance - ln_outlier;
             // ln(e^odds + 1), without overflow.
             let total = odds.max(0.0) + (-odds.abs()).exp().ln_1p();
             sum += ln_outlier + total;
-            *w = (odds - total).exp();
-        }
+            (odds - total).exp()
+        };
+        let weights: Vec<f64> = distances.iter().map(probability).collect();
         let n = weights.len().max(1) as f64;
         (weights, sum / n)
     }

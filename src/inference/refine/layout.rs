@@ -10,8 +10,8 @@ use super::super::fit::{Effort, fit};
 use super::super::params::Params;
 use super::super::sampler::Cancel;
 use super::super::state::{Model, SMALLEST_CLUSTER, State};
-use super::super::two_way::{Surroundings, rounded};
-use crate::geometry::Superquadric;
+use super::super::two_way::{ROUNDING, Surroundings, rounded};
+use crate::geometry::{Superquadric, kernel};
 
 /// Steps of the two-way fit of a primitive that is only proposed; it is
 /// polished when it has been accepted.
@@ -74,12 +74,12 @@ impl<'a> Layout<'a> {
             }
         }
         for (piece, list) in self.pieces().iter().zip(&mut members) {
-            let square = |i: &u32| piece.distances[*i as usize].powi(2);
+            let square = |i: &u32| f64::from(piece.distances[*i as usize]).powi(2);
             // (Outliers themselves may not stretch the limit.)
             let inner: Vec<f64> = list.iter().filter(|i| !is_lonely(self.model, **i)).map(square).collect();
             let rms = (inner.iter().sum::<f64>() / inner.len().max(1) as f64).sqrt();
             let limit = (OUTLIER_SPACINGS * self.model.spacing).max(OUTLIER_SIGMAS * rms);
-            list.retain(|&i| piece.distances[i as usize] <= limit || !is_lonely(self.model, i));
+            list.retain(|&i| f64::from(piece.distances[i as usize]) <= limit || !is_lonely(self.model, i));
         }
         self.members = members;
     }
@@ -136,7 +136,7 @@ impl<'a> Layout<'a> {
 
     fn points_error(&self, j: usize) -> f64 {
         let distances = &self.pieces()[j].distances;
-        self.members[j].iter().map(|&i| rounded(distances[i as usize], self.model.spacing)).sum()
+        self.members[j].iter().map(|&i| rounded(f64::from(distances[i as usize]), self.model.spacing)).sum()
     }
 
     /// The best primitive for some points by its distance to them alone.
@@ -224,8 +224,8 @@ impl<'a> Layout<'a> {
         let glance = self.one_way(&points, &warm, Effort::GLANCE)?;
         let spacing = self.model.spacing;
         let alone: f64 = list.iter().map(|&j| self.points_error(j)).sum();
-        let together: f64 =
-            self.model.gather(&points).iter().map(|x| rounded(glance.first_order_distance(x), spacing)).sum();
+        let gathered = self.model.gather(&points).into_iter().collect();
+        let together = kernel::rounded_cost(&glance, &gathered, ROUNDING * spacing);
         let price = self.price_of_one_more();
         if together > alone + HOPELESS * price * list.len() as f64 {
             return None;

@@ -295,7 +295,7 @@ fn propose(layout: &Layout<'_>, names: &[Name], idea: &Idea, before: f64) -> Opt
 /// for its others.
 fn peel(layout: &Layout<'_>, j: usize) -> Option<Vec<u32>> {
     let points = &layout.members[j];
-    let distance = |i: u32| layout.pieces()[j].distances[i as usize];
+    let distance = |i: u32| f64::from(layout.pieces()[j].distances[i as usize]);
     let mut sorted: Vec<f64> = points.iter().map(|&i| distance(i)).collect();
     sorted.sort_unstable_by(f64::total_cmp);
     let (times, spacings) = PEELED;
