@@ -281,8 +281,10 @@ impl ScalingJob {
             }
             let symbol = varied.symbol();
             let has_thinned = rows.iter().any(|line| !line.thinned.is_empty());
-            let mut header =
-                vec![symbol, "sample", "start", "iterations", "finish", "run", "µs", "primitives"];
+            let mut header = vec![symbol, "sample", "start", "iterations", "finish", "run", "primitives"];
+            if varied == Varied::Samples {
+                header.push("µs a sample");
+            }
             if has_thinned {
                 header.extend(["thinned: sample", "run"]);
             }
