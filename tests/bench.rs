@@ -204,7 +204,11 @@ fn command_lines_that_make_no_sense_are_refused() {
         (&["--scaling", "--jobs", "2"], 2, "--jobs"),
         (&["--scaling", "--methods", "default,paper"], 2, "one method"),
         (&["--scaling", "--vary-points", "300,5"], 2, "a value of N is 5"),
-        (&["--scaling", "shapes/cloud.xyz", "--vary-points", "900"], 1, "too few for 900 samples"),
+        (
+            &["--scaling", "shapes/cloud.xyz", "--vary-points", "900", "-o", "growth"],
+            1,
+            "too few for 900 samples",
+        ),
         (&["gone.obj"], 1, "can't find gone.obj"),
         (&["list.csv", "--compare", "gone.csv"], 1, "gone.csv"),
     ] {

@@ -148,7 +148,8 @@ impl Superquadric {
         if n.max() >= 1.0 {
             return false;
         }
-        let [least, most] = [self.exponents[0].min(self.exponents[1]), self.exponents[0].max(self.exponents[1])];
+        let [least, most] =
+            [self.exponents[0].min(self.exponents[1]), self.exponents[0].max(self.exponents[1])];
         if most <= 2.0 && n.sum() < 1.0 {
             return true;
         }

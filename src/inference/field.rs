@@ -125,8 +125,7 @@ impl Cells {
         }
         let low = low - Vector3::repeat(margin * edge);
         let size = [0, 1, 2].map(|a| (extent[a] / edge + 2.0 * margin).ceil() as usize);
-        let mut cells =
-            Self { low, per_length: 1.0 / edge, size, starts: Vec::new(), lists: Vec::new() };
+        let mut cells = Self { low, per_length: 1.0 / edge, size, starts: Vec::new(), lists: Vec::new() };
         let mut is_near = vec![false; size.iter().product()];
         for p in points {
             let Some([x, y, z]) = cells.cell(p) else { continue };
