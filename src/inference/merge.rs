@@ -88,7 +88,8 @@ fn best_by_energy(
     let fitted: Vec<Option<Union>> = missing
         .par_iter()
         .map(|&(a, b)| {
-            let (shape, points) = layout.fit_union(&[a, b], before)?;
+            let glimpse = layout.glance_at_union(&[a, b], before)?;
+            let (shape, points) = layout.fit_union(&[a, b], &glimpse, before)?;
             let sum_d2 = sum_squared_radial(&shape, &model.gather(&points));
             Some(Union { shape, sum_d2, reason: String::new() })
         })

@@ -263,7 +263,7 @@ pub(crate) fn descend(
                 let gain = (cost_now - cost_next) / objective.scale(cost_now);
                 shape = candidate;
                 cost_now = cost_next;
-                damping = (damping * 0.2).max(1e-9);
+                damping = (damping * 0.2).max(1e-5);
                 if gain < tolerance {
                     stop = Stop::Converged;
                     break 'outer;

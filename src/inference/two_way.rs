@@ -24,6 +24,9 @@ const AREA_PER_POINT: f64 = 0.9;
 const HIDDEN: f64 = 0.1;
 /// Samples of one primitive at most.
 const MAX_SAMPLES: usize = 1500;
+/// Points and samples of one primitive at most in a fit that need not be the
+/// last: thirteen parameters ask for no more.
+const ROUGH: usize = 400;
 /// Logarithms of coordinates stay above that of this.
 const SMALLEST_COORDINATE: f64 = 1e-9;
 
@@ -44,9 +47,13 @@ pub(crate) struct SurfaceSample {
 /// Samples of a surface, as dense as the cloud, and how many points' worth of
 /// area each stands for.
 pub(crate) fn sample_surface(shape: &Superquadric, spacing: f64) -> (Vec<SurfaceSample>, f64) {
+    sample_at_most(shape, spacing, MAX_SAMPLES)
+}
+
+fn sample_at_most(shape: &Superquadric, spacing: f64, most: usize) -> (Vec<SurfaceSample>, f64) {
     let apart = AREA_PER_POINT.sqrt() * spacing;
-    let samples = tessellate::surface_samples(shape, apart, MAX_SAMPLES);
-    let weight = if samples.len() == MAX_SAMPLES {
+    let samples = tessellate::surface_samples(shape, apart, most);
+    let weight = if samples.len() == most {
         tessellate::surface_area(shape) / (apart * apart * samples.len() as f64)
     } else {
         1.0
@@ -56,6 +63,14 @@ pub(crate) fn sample_surface(shape: &Superquadric, spacing: f64) -> (Vec<Surface
         .map(|(place, normal)| SurfaceSample { place, outside: place + normal * (HIDDEN * spacing) })
         .collect();
     (samples, weight)
+}
+
+/// How closely a fit looks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(crate) enum Detail {
+    /// At some of the points, and as few samples of the surface.
+    Rough,
+    Full,
 }
 
 /// What a primitive is fitted against.
@@ -74,19 +89,28 @@ impl Surroundings<'_> {
     /// Minimises the two-way error of `points` from `start` in at most `steps`
     /// steps. Returns the primitive and its error, Σ of [`rounded`] distances of
     /// the points and, a point's worth of area each, of the visible surface;
-    /// `None` if it was cancelled or comes to nothing.
+    /// `None` if it was cancelled or comes to nothing. A rough error is an
+    /// estimate from those points and samples that were looked at.
     pub(crate) fn fit(
         &self,
         points: &[Point3<f64>],
         start: &Superquadric,
         steps: usize,
+        detail: Detail,
         cancel: &Cancel,
     ) -> Option<(Superquadric, f64)> {
+        let (stride, max_samples) = match detail {
+            Detail::Rough => (points.len().div_ceil(ROUGH).max(1), ROUGH),
+            Detail::Full => (1, MAX_SAMPLES),
+        };
+        let seen: PointBlock = points.iter().step_by(stride).copied().collect();
         let mut objective = TwoWay {
             surroundings: *self,
-            points: points.iter().copied().collect(),
+            point_weight: points.len() as f64 / seen.len().max(1) as f64,
+            points: seen,
             samples: Vec::new(),
-            weight: 1.0,
+            max_samples,
+            sample_weight: 1.0,
         };
         let found = descend(&mut objective, start, self.smallest_axis, steps, TOLERANCE, cancel);
         if cancel.is_requested() || !found.shape.is_valid() {
@@ -105,11 +129,14 @@ const TOLERANCE: f64 = 1e-3;
 struct TwoWay<'a> {
     surroundings: Surroundings<'a>,
     points: PointBlock,
+    /// Points that each of them stands for.
+    point_weight: f64,
     /// Visible samples by their place on the primitive, normalised untapered
     /// coordinates: they stay while θ moves, until the next linearisation.
     samples: Vec<Vector3<f64>>,
+    max_samples: usize,
     /// Points' worth of area of a sample.
-    weight: f64,
+    sample_weight: f64,
 }
 
 impl TwoWay<'_> {
@@ -120,8 +147,8 @@ impl TwoWay<'_> {
             .iter()
             .filter(|o| (o.translation - shape.translation).norm() < reach + o.reach().norm())
             .collect();
-        let (samples, weight) = sample_surface(shape, spacing);
-        self.weight = weight;
+        let (samples, weight) = sample_at_most(shape, spacing, self.max_samples);
+        self.sample_weight = weight;
         self.samples.clear();
         self.samples.extend(
             samples
@@ -141,6 +168,9 @@ impl Objective for TwoWay<'_> {
         let size = |d: f64| (d * d + delta * delta).sqrt();
 
         let mut normal = kernel::rounded_normal_equations(shape, &self.points, delta);
+        normal.jtj *= self.point_weight;
+        normal.jtr *= self.point_weight;
+        normal.cost *= self.point_weight;
         let mut add = |row: &[f64; PARAMETERS], d: f64, weight: f64| {
             let w = weight / size(d);
             for i in 0..PARAMETERS {
@@ -154,11 +184,11 @@ impl Objective for TwoWay<'_> {
         for n in &self.samples {
             let offset = field.offset(&shape.world_from_normalized(n));
             if offset.distance > 0.0 {
-                add(&surface_row(shape, n, &offset.direction), offset.distance, self.weight);
+                add(&surface_row(shape, n, &offset.direction), offset.distance, self.sample_weight);
                 surface += rounded(offset.distance, spacing);
             }
         }
-        normal.cost += self.weight * surface;
+        normal.cost += self.sample_weight * surface;
         normal
     }
 
@@ -170,11 +200,11 @@ impl Objective for TwoWay<'_> {
             .iter()
             .map(|n| rounded(field.offset(&shape.world_from_normalized(n)).distance, spacing))
             .sum();
-        there + self.weight * back
+        self.point_weight * there + self.sample_weight * back
     }
 
     fn least(&self, _: &Superquadric) -> f64 {
-        1e-9 * self.surroundings.spacing * self.points.len() as f64
+        1e-9 * self.surroundings.spacing * self.point_weight * self.points.len() as f64
     }
 }
 
@@ -296,7 +326,7 @@ mod tests {
             ..truth
         };
         let around = Surroundings { field: &field, spacing: 0.05, smallest_axis: 0.0025, others: &[] };
-        let (found, _) = around.fit(&mine, &start, 30, &Cancel::default()).unwrap();
+        let (found, _) = around.fit(&mine, &start, 30, Detail::Full, &Cancel::default()).unwrap();
         let top = found.translation.z + found.half_extents().z;
         assert!(top < 0.1, "it reaches up to {top}");
         // The same where another primitive hides what sticks out: then it may.
@@ -306,9 +336,9 @@ mod tests {
             ..truth
         };
         let around = Surroundings { others: &[other], ..around };
-        let (_, hidden) = around.fit(&mine, &start, 0, &Cancel::default()).unwrap();
+        let (_, hidden) = around.fit(&mine, &start, 0, Detail::Full, &Cancel::default()).unwrap();
         let around = Surroundings { others: &[], ..around };
-        let (_, open) = around.fit(&mine, &start, 0, &Cancel::default()).unwrap();
+        let (_, open) = around.fit(&mine, &start, 0, Detail::Full, &Cancel::default()).unwrap();
         assert!(hidden < 0.5 * open, "{hidden} {open}");
     }
 }

@@ -71,16 +71,18 @@ pub(super) fn exp_f64(x: f64) -> f64 {
     p * f64::from_bits((shifted.to_bits() << 52).wrapping_add(0x3ff0_0000_0000_0000))
 }
 
-/// ln φ(u, v; ε), ψ and the entropy of ψ; see [`crate::geometry::superquadric`].
+/// ln φ(u, v; ε), ψ, 1 − ψ and the entropy of ψ; see
+/// [`crate::geometry::superquadric`].
 #[inline(always)]
-pub(super) fn log_phi(u: f32, v: f32, eps: f32, inv_eps: f32) -> (f32, f32, f32) {
+pub(super) fn log_phi(u: f32, v: f32, eps: f32, inv_eps: f32) -> (f32, f32, f32, f32) {
     let delta = (u - v) * inv_eps;
     let size = delta.abs();
     let e = exp(-size);
     let l = ln(1.0 + e);
-    let small = e / (1.0 + e);
-    let psi = if delta >= 0.0 { 1.0 - small } else { small };
-    (u.max(v) + eps * l, psi, l + size * small)
+    let large = 1.0 / (1.0 + e);
+    let small = e * large;
+    let (psi, rest) = if delta >= 0.0 { (large, small) } else { (small, large) };
+    (u.max(v) + eps * l, psi, rest, l + size * small)
 }
 
 #[inline(always)]

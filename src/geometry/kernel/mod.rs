@@ -180,14 +180,14 @@ fn derivatives(c: &Coefficients, p: [f32; 3]) -> (f32, [f32; 3], [f32; PARAMETER
     let (qx, qy) = (px * isx, py * isy);
     let (nx, ny) = (qx * ix, qy * iy);
     let (x2, y2, z2) = (nx * nx + SQUARE_FLOOR, ny * ny + SQUARE_FLOOR, raw * raw + SQUARE_FLOOR);
-    let (g, psi2, entropy2) = log_phi(ln(x2), ln(y2), c.e2, c.inv_e2);
-    let (h, psi1, entropy1) = log_phi(g, ln(z2), c.e1, c.inv_e1);
+    let (g, psi2, rest2, entropy2) = log_phi(ln(x2), ln(y2), c.e2, c.inv_e2);
+    let (h, psi1, rest1, entropy1) = log_phi(g, ln(z2), c.e1, c.inv_e1);
 
     let n = (qx * qx + qy * qy + pz * pz + c.floor).sqrt();
     let excess = exp(-0.5 * h) - 1.0;
     let r = n * excess;
     let by_h = -0.5 * n * (excess + 1.0);
-    let (hx, hy, hz) = (psi1 * psi2, psi1 * (1.0 - psi2), 1.0 - psi1);
+    let (hx, hy, hz) = (psi1 * psi2, psi1 * rest2, rest1);
     // Twice ∂r/∂h·∂h/∂u, over the floored square: shared by ∂/∂q and ∂/∂a.
     let (ux, uy, uz) = (2.0 * by_h * hx / x2, 2.0 * by_h * hy / y2, 2.0 * by_h * hz / z2);
     let pull = excess / n;

@@ -5,7 +5,7 @@
 
 mod layout;
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use rayon::prelude::*;
 
@@ -17,8 +17,9 @@ use super::params::{MergeRule, Params};
 use super::sampler::Cancel;
 use super::state::{Cluster, SMALLEST_CLUSTER, State};
 use super::streams::{Purpose, stream};
+use super::two_way::Detail;
 pub(crate) use layout::Layout;
-use layout::Proposal;
+use layout::{Glimpse, Proposal};
 
 /// Rounds of fits and changes at most.
 const ROUNDS: usize = 8;
@@ -105,8 +106,9 @@ pub(crate) fn refine(state: &mut State, params: &Params, cancel: &Cancel, occurr
     take_over(state, &layout, &names, params, occurrences);
 }
 
-/// Merges pairs of neighbours while that lowers the energy: of all pairs the
-/// best first, and each primitive once in a round.
+/// Merges neighbours while that lowers the energy. In each round those pairs
+/// that look best at a first glance are fitted, each primitive once; where no
+/// pair is left, larger groups.
 pub(crate) fn merge_all(
     state: &mut State,
     params: &Params,
@@ -115,28 +117,92 @@ pub(crate) fn merge_all(
 ) {
     let model = state.model.clone();
     let (mut layout, mut names) = (Layout::of(&model, state, params, cancel), names_of(state));
-    let mut tried = BTreeSet::new();
+    let mut glimpses = Glimpses::new();
     let mut reports = Vec::new();
     loop {
         let before = layout.energy();
-        let pairs: Vec<(usize, usize)> = layout
-            .neighbors()
-            .into_iter()
-            .filter(|&(a, b)| tried.insert((names[a].revision, names[b].revision)))
-            .collect();
-        let proposals: Vec<(Idea, Proposal)> = pairs
+        let pairs = layout.neighbors();
+        let lists = pairs.iter().map(|&(a, b)| vec![a, b]).collect();
+        let mut hopeful = most_hopeful(&layout, &names, before, lists, &mut glimpses);
+        if hopeful.is_empty() {
+            hopeful = most_hopeful(&layout, &names, before, groups(names.len(), &pairs), &mut glimpses);
+        }
+        if hopeful.is_empty() {
+            break;
+        }
+        let proposals: Vec<(Idea, Proposal)> = hopeful
             .into_par_iter()
-            .filter_map(|(a, b)| Some((Idea::Merge(vec![a, b]), layout.propose_merge(&[a, b], before)?)))
+            .filter_map(|(list, glimpse)| {
+                let proposal = layout.propose_union(&list, &glimpse, before)?;
+                Some((Idea::Merge(list), proposal))
+            })
             .collect();
         if cancel.is_requested() {
             return;
         }
-        if !accept(&mut layout, &mut names, state, before, proposals, &mut reports) {
-            break;
-        }
+        accept(&mut layout, &mut names, state, before, proposals, &mut reports);
     }
     occurrences.extend(reports);
     take_over(state, &layout, &names, params, occurrences);
+}
+
+/// First looks at unions by the revisions of the parts; `None` once there is
+/// nothing more to hope for.
+type Glimpses = BTreeMap<Vec<u64>, Option<Glimpse>>;
+
+/// Those unions that look best at first glance, each primitive in one at most.
+/// They are not offered again.
+fn most_hopeful(
+    layout: &Layout<'_>,
+    names: &[Name],
+    before: f64,
+    lists: Vec<Vec<usize>>,
+    glimpses: &mut Glimpses,
+) -> Vec<(Vec<usize>, Glimpse)> {
+    let key = |list: &Vec<usize>| list.iter().map(|&j| names[j].revision).collect::<Vec<u64>>();
+    let unseen: Vec<&Vec<usize>> = lists.iter().filter(|list| !glimpses.contains_key(&key(list))).collect();
+    let seen: Vec<Option<Glimpse>> =
+        unseen.par_iter().map(|list| layout.glance_at_union(list, before)).collect();
+    glimpses.extend(unseen.into_iter().map(key).zip(seen));
+    let mut hopeful: Vec<(Vec<usize>, Glimpse)> =
+        lists.into_iter().filter_map(|list| glimpses[&key(&list)].map(|glimpse| (list, glimpse))).collect();
+    hopeful.sort_by(|x, y| x.1.rise.total_cmp(&y.1.rise).then(x.0.cmp(&y.0)));
+    let mut taken = vec![false; names.len()];
+    hopeful.retain(|(list, _)| {
+        let is_free = list.iter().all(|&j| !taken[j]);
+        if is_free {
+            list.iter().for_each(|&j| taken[j] = true);
+        }
+        is_free
+    });
+    glimpses.extend(hopeful.iter().map(|(list, _)| (key(list), None)));
+    hopeful
+}
+
+/// Each primitive with all its neighbours, and all that are connected: of a
+/// hollow body's two walls no two patches make a better one, all together do.
+fn groups(count: usize, pairs: &BTreeSet<(usize, usize)>) -> Vec<Vec<usize>> {
+    let mut near: Vec<BTreeSet<usize>> = (0..count).map(|j| BTreeSet::from([j])).collect();
+    for &(a, b) in pairs {
+        near[a].insert(b);
+        near[b].insert(a);
+    }
+    let mut found: BTreeSet<Vec<usize>> =
+        near.iter().map(|star| star.iter().copied().collect::<Vec<usize>>()).collect();
+    let mut seen = vec![false; count];
+    for first in 0..count {
+        let mut component = Vec::new();
+        let mut next = vec![first];
+        while let Some(j) = next.pop() {
+            if !std::mem::replace(&mut seen[j], true) {
+                component.push(j);
+                next.extend(&near[j]);
+            }
+        }
+        component.sort_unstable();
+        found.insert(component);
+    }
+    found.into_iter().filter(|list| list.len() > 2).collect()
 }
 
 fn names_of(state: &State) -> Vec<Name> {
@@ -149,7 +215,7 @@ fn refit(layout: &mut Layout<'_>, names: &mut [Name], state: &mut State) -> f64 
     let notable = NOTABLE * layout.price_of_one_more();
     let mut energy = layout.energy();
     for explore in [true, false] {
-        energy = refit_once(layout, energy, explore, FIT_STEPS, |j, gain| {
+        energy = refit_once(layout, energy, explore, (FIT_STEPS, Detail::Rough), |j, gain| {
             if gain > notable {
                 names[j].revision = state.new_revision();
             }
@@ -182,7 +248,7 @@ fn polish(layout: &mut Layout<'_>) {
     let rest = NOTABLE * layout.price_of_one_more();
     let mut energy = layout.energy();
     for _ in 0..POLISHES {
-        let now = refit_once(layout, energy, false, POLISH_STEPS, |_, _| {});
+        let now = refit_once(layout, energy, false, (POLISH_STEPS, Detail::Full), |_, _| {});
         if energy - now < rest {
             break;
         }
@@ -197,7 +263,7 @@ fn refit_once(
     layout: &mut Layout<'_>,
     mut energy: f64,
     explore: bool,
-    steps: usize,
+    (steps, detail): (usize, Detail),
     mut taken: impl FnMut(usize, f64),
 ) -> f64 {
     let fitted: Vec<Option<Piece>> = (0..layout.pieces().len())
@@ -211,7 +277,7 @@ fn refit_once(
             if explore && points.len() > SMALLEST_CLUSTER {
                 starts.extend(layout.one_way(points, &[], Effort::THOROUGH));
             }
-            let shape = layout.two_way(points, &starts, &layout.others(&[j]), steps)?;
+            let shape = layout.two_way(points, &starts, &layout.others(&[j]), steps, detail)?;
             Some(Piece::new(layout.model, shape))
         })
         .collect();
