@@ -141,6 +141,9 @@ impl Superquadric {
 
     /// Whether the point lies strictly inside.
     pub fn contains(&self, x: &Point3<f64>) -> bool {
+        if (x.coords - self.translation).norm_squared() >= self.reach().norm_squared() {
+            return false;
+        }
         let q = self.untapered(&self.local(x));
         let n = q.component_div(&self.semi_axes).abs();
         // Logarithms are for what simpler bodies leave open: the box around
@@ -148,7 +151,8 @@ impl Superquadric {
         if n.max() >= 1.0 {
             return false;
         }
-        let [least, most] = [self.exponents[0].min(self.exponents[1]), self.exponents[0].max(self.exponents[1])];
+        let [least, most] =
+            [self.exponents[0].min(self.exponents[1]), self.exponents[0].max(self.exponents[1])];
         if most <= 2.0 && n.sum() < 1.0 {
             return true;
         }

@@ -125,8 +125,7 @@ impl Cells {
         }
         let low = low - Vector3::repeat(margin * edge);
         let size = [0, 1, 2].map(|a| (extent[a] / edge + 2.0 * margin).ceil() as usize);
-        let mut cells =
-            Self { low, per_length: 1.0 / edge, size, starts: Vec::new(), lists: Vec::new() };
+        let mut cells = Self { low, per_length: 1.0 / edge, size, starts: Vec::new(), lists: Vec::new() };
         let mut is_near = vec![false; size.iter().product()];
         for p in points {
             let Some([x, y, z]) = cells.cell(p) else { continue };
@@ -143,8 +142,16 @@ impl Cells {
             .map(|&c| {
                 let middle = cells.middle(c, edge);
                 let mut found = Vec::new();
-                if let Some((d2, _)) = tree.nearest_one(&middle) {
-                    tree.within(&middle, d2.sqrt() + diagonal * (1.0 + 1e-9), |_, k| found.push(k));
+                if let Some((d2, first)) = tree.nearest_one(&middle) {
+                    let q = points[first as usize];
+                    tree.within(&middle, d2.sqrt() + diagonal * (1.0 + 1e-9), |other, k| {
+                        // By how much more than to q the squared way to this one
+                        // is, where in the cell that is least.
+                        let v = points[k as usize] - q;
+                        if other - d2 <= edge * (v.x.abs() + v.y.abs() + v.z.abs()) * (1.0 + 1e-9) {
+                            found.push(k);
+                        }
+                    });
                 }
                 found.sort_unstable();
                 found

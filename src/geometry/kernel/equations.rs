@@ -5,8 +5,7 @@ use multiversion::multiversion;
 use nalgebra::{SMatrix, SVector, Vector3};
 
 use super::{
-    Coefficients, Distance, EUCLIDEAN, FIRST_ORDER, LANES, PointBlock, RADIAL, derivatives, local,
-    weight,
+    Coefficients, Distance, EUCLIDEAN, FIRST_ORDER, LANES, PointBlock, RADIAL, derivatives, local, weight,
 };
 use crate::geometry::superquadric::{PARAMETERS, Superquadric};
 
@@ -46,11 +45,7 @@ pub fn weighted_normal_equations(
 /// The normal equations of Σ (√(d² + δ²) − δ), d as in
 /// [`super::euclidean_distances`] and δ = `rounding`, each point weighted by
 /// 1/√(d² + δ²).
-pub fn rounded_normal_equations(
-    shape: &Superquadric,
-    points: &PointBlock,
-    rounding: f64,
-) -> NormalEquations {
+pub fn rounded_normal_equations(shape: &Superquadric, points: &PointBlock, rounding: f64) -> NormalEquations {
     equations(shape, points, None, EUCLIDEAN, rounding)
 }
 

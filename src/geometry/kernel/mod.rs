@@ -15,9 +15,7 @@ use multiversion::multiversion;
 use nalgebra::Point3;
 
 use super::superquadric::{LOG_FLOOR, PARAMETERS, Superquadric, TAPER_FLOOR};
-pub use equations::{
-    NormalEquations, normal_equations, rounded_normal_equations, weighted_normal_equations,
-};
+pub use equations::{NormalEquations, normal_equations, rounded_normal_equations, weighted_normal_equations};
 use math::{exp, exp_f64, ln, log_phi, log_phi_value};
 
 /// Points that one step of the inner loops handles: the widest vector register
