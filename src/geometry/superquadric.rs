@@ -141,6 +141,9 @@ impl Superquadric {
 
     /// Whether the point lies strictly inside.
     pub fn contains(&self, x: &Point3<f64>) -> bool {
+        if (x.coords - self.translation).norm_squared() >= self.reach().norm_squared() {
+            return false;
+        }
         let q = self.untapered(&self.local(x));
         let n = q.component_div(&self.semi_axes).abs();
         // Logarithms are for what simpler bodies leave open: the box around

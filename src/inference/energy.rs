@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 use super::params::Params;
 use super::state::Model;
-use super::two_way::{SurfaceSample, rounded, sample_surface};
+use super::two_way::{Detail, SurfaceSample, rounded, sample_surface};
 use crate::geometry::{Superquadric, kernel};
 
 /// The mean error, in mean spacings, that a primitive has to save where
@@ -61,9 +61,14 @@ pub(crate) struct Piece {
 
 impl Piece {
     pub(crate) fn new(model: &Model, shape: Superquadric) -> Self {
+        Self::with(model, shape, Detail::Full)
+    }
+
+    /// With fewer samples of the surface where a rough estimate will do.
+    pub(crate) fn with(model: &Model, shape: Superquadric, detail: Detail) -> Self {
         let mut distances = Vec::new();
         kernel::euclidean_distances(&shape, &model.block, &mut distances);
-        let (samples, weight) = sample_surface(&shape, model.spacing);
+        let (samples, weight) = sample_surface(&shape, model.spacing, detail);
         let samples = samples
             .into_iter()
             .map(|s| (s, weight * rounded(model.field.offset(&s.place).distance, model.spacing)))
@@ -73,7 +78,7 @@ impl Piece {
         Self { shape, distances, samples, radius }
     }
 
-    fn may_touch(&self, other: &Piece) -> bool {
+    pub(crate) fn may_touch(&self, other: &Piece) -> bool {
         (self.shape.translation - other.shape.translation).norm() < self.radius + other.radius
     }
 }

@@ -142,8 +142,16 @@ impl Cells {
             .map(|&c| {
                 let middle = cells.middle(c, edge);
                 let mut found = Vec::new();
-                if let Some((d2, _)) = tree.nearest_one(&middle) {
-                    tree.within(&middle, d2.sqrt() + diagonal * (1.0 + 1e-9), |_, k| found.push(k));
+                if let Some((d2, first)) = tree.nearest_one(&middle) {
+                    let q = points[first as usize];
+                    tree.within(&middle, d2.sqrt() + diagonal * (1.0 + 1e-9), |other, k| {
+                        // By how much more than to q the squared way to this one
+                        // is, where in the cell that is least.
+                        let v = points[k as usize] - q;
+                        if other - d2 <= edge * (v.x.abs() + v.y.abs() + v.z.abs()) * (1.0 + 1e-9) {
+                            found.push(k);
+                        }
+                    });
                 }
                 found.sort_unstable();
                 found

@@ -82,7 +82,11 @@ pub(crate) fn fit(
         }
         starts.push(moments);
     }
-    let mut best = starts.iter().map(probe).min_by(|a, b| a.cost.total_cmp(&b.cost))?;
+    let mut best = match starts[..] {
+        // Nothing to choose from.
+        [shape] if !effort.explore => Minimum { shape, cost: f64::INFINITY, stop: Stop::Iterations },
+        _ => starts.iter().map(probe).min_by(|a, b| a.cost.total_cmp(&b.cost))?,
+    };
 
     for _ in 0..if effort.explore { MAX_SWITCHES } else { 0 } {
         let better = similar_configurations(&best.shape)

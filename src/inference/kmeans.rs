@@ -2,8 +2,14 @@
 
 use nalgebra::Point3;
 use rand::{Rng, RngExt};
+use rayon::prelude::*;
 
 const MAX_ROUNDS: usize = 60;
+/// The rounds end where no more than one point in so many changes its centre:
+/// what follows does not need it exactly.
+const SETTLED: usize = 500;
+/// Points that one thread handles at a time.
+const CHUNK: usize = 512;
 
 /// Clusters `points` around `k` centres (fewer where there are fewer distinct
 /// points); returns a centre's index for each point. Squared Euclidean
@@ -12,17 +18,26 @@ pub(crate) fn kmeans(points: &[Point3<f64>], k: usize, rng: &mut impl Rng) -> Ve
     let mut centers = seeds(points, k, rng);
     let mut labels = vec![0u32; points.len()];
     for _ in 0..MAX_ROUNDS {
-        let mut changed = false;
-        for (p, label) in points.iter().zip(&mut labels) {
-            let nearest = (0u32..)
-                .zip(&centers)
-                .map(|(j, c)| ((p - c).norm_squared(), j))
-                .min_by(|a, b| a.0.total_cmp(&b.0))
-                .map_or(0, |best| best.1);
-            changed |= nearest != *label;
-            *label = nearest;
-        }
-        if !changed {
+        let changed: usize = points
+            .par_chunks(CHUNK)
+            .zip(labels.par_chunks_mut(CHUNK))
+            .map(|(points, labels)| {
+                let mut changed = 0;
+                for (p, label) in points.iter().zip(labels) {
+                    let mut nearest = (f64::INFINITY, 0);
+                    for (j, c) in (0u32..).zip(&centers) {
+                        let d2 = (p - c).norm_squared();
+                        if d2 < nearest.0 {
+                            nearest = (d2, j);
+                        }
+                    }
+                    changed += usize::from(nearest.1 != *label);
+                    *label = nearest.1;
+                }
+                changed
+            })
+            .sum();
+        if changed <= points.len() / SETTLED {
             break;
         }
         let mut sums = vec![(nalgebra::Vector3::zeros(), 0usize); centers.len()];

@@ -17,7 +17,7 @@ use super::refine;
 use super::state::{Cluster, Model, SMALLEST_CLUSTER, State, distinct};
 use super::streams::{Purpose, stream};
 use super::sweep::sweep;
-use crate::geometry::SampleCloud;
+use crate::geometry::{SampleCloud, kernel};
 
 /// Iterations between two merge passes.
 const MERGE_INTERVAL: u32 = 15;
@@ -278,10 +278,10 @@ impl Sampler {
             .iter()
             .zip(&members)
             .map(|(cluster, points)| {
-                let sum: f64 = points
-                    .iter()
-                    .map(|&i| cluster.shape.first_order_distance(&state.model.points[i as usize]))
-                    .sum();
+                let block = state.model.gather(points).into_iter().collect();
+                let mut distances = Vec::new();
+                kernel::euclidean_distances(&cluster.shape, &block, &mut distances);
+                let sum: f64 = distances.into_iter().map(f64::from).sum();
                 Primitive {
                     id: cluster.id,
                     shape: frame.shape(&cluster.shape),

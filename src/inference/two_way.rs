@@ -46,11 +46,12 @@ pub(crate) struct SurfaceSample {
 
 /// Samples of a surface, as dense as the cloud, and how many points' worth of
 /// area each stands for.
-pub(crate) fn sample_surface(shape: &Superquadric, spacing: f64) -> (Vec<SurfaceSample>, f64) {
-    sample_at_most(shape, spacing, MAX_SAMPLES)
-}
-
-fn sample_at_most(shape: &Superquadric, spacing: f64, most: usize) -> (Vec<SurfaceSample>, f64) {
+pub(crate) fn sample_surface(
+    shape: &Superquadric,
+    spacing: f64,
+    detail: Detail,
+) -> (Vec<SurfaceSample>, f64) {
+    let most = detail.most();
     let apart = AREA_PER_POINT.sqrt() * spacing;
     let samples = tessellate::surface_samples(shape, apart, most);
     let weight = if samples.len() == most {
@@ -66,11 +67,21 @@ fn sample_at_most(shape: &Superquadric, spacing: f64, most: usize) -> (Vec<Surfa
 }
 
 /// How closely a fit looks.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(crate) enum Detail {
     /// At some of the points, and as few samples of the surface.
     Rough,
     Full,
+}
+
+impl Detail {
+    /// Points and samples at most.
+    fn most(self) -> usize {
+        match self {
+            Self::Rough => ROUGH,
+            Self::Full => MAX_SAMPLES,
+        }
+    }
 }
 
 /// What a primitive is fitted against.
@@ -99,9 +110,9 @@ impl Surroundings<'_> {
         detail: Detail,
         cancel: &Cancel,
     ) -> Option<(Superquadric, f64)> {
-        let (stride, max_samples) = match detail {
-            Detail::Rough => (points.len().div_ceil(ROUGH).max(1), ROUGH),
-            Detail::Full => (1, MAX_SAMPLES),
+        let stride = match detail {
+            Detail::Rough => points.len().div_ceil(detail.most()).max(1),
+            Detail::Full => 1,
         };
         let seen: PointBlock = points.iter().step_by(stride).copied().collect();
         let mut objective = TwoWay {
@@ -109,7 +120,7 @@ impl Surroundings<'_> {
             point_weight: points.len() as f64 / seen.len().max(1) as f64,
             points: seen,
             samples: Vec::new(),
-            max_samples,
+            detail,
             sample_weight: 1.0,
         };
         let found = descend(&mut objective, start, self.smallest_axis, steps, TOLERANCE, cancel);
@@ -134,7 +145,7 @@ struct TwoWay<'a> {
     /// Visible samples by their place on the primitive, normalised untapered
     /// coordinates: they stay while θ moves, until the next linearisation.
     samples: Vec<Vector3<f64>>,
-    max_samples: usize,
+    detail: Detail,
     /// Points' worth of area of a sample.
     sample_weight: f64,
 }
@@ -147,7 +158,7 @@ impl TwoWay<'_> {
             .iter()
             .filter(|o| (o.translation - shape.translation).norm() < reach + o.reach().norm())
             .collect();
-        let (samples, weight) = sample_at_most(shape, spacing, self.max_samples);
+        let (samples, weight) = sample_surface(shape, spacing, self.detail);
         self.sample_weight = weight;
         self.samples.clear();
         self.samples.extend(

@@ -25,6 +25,8 @@ const OUTLIER_SIGMAS: f64 = 4.0;
 /// at first glance, a union fitted to its points, and the parts of a cut fitted
 /// to theirs. Of the proposals that come out well these keep 97 in 100.
 const HOPELESS_GLANCE: f64 = 3.0;
+/// Points that a first look is taken at.
+const GLANCE_POINTS: usize = 300;
 const HOPELESS_UNION: f64 = 2.0;
 const HOPELESS_CUT: f64 = 1.5;
 
@@ -187,6 +189,14 @@ impl<'a> Layout<'a> {
             .map(|best| best.0)
     }
 
+    /// The primitives that may hide some of the surface of piece `j`.
+    pub(crate) fn around(&self, j: usize) -> impl Iterator<Item = &Superquadric> {
+        let piece = &self.pieces()[j];
+        let others =
+            self.pieces().iter().enumerate().filter(move |(k, other)| *k != j && piece.may_touch(other));
+        others.map(|(_, other)| &other.shape)
+    }
+
     pub(crate) fn others(&self, without: &[usize]) -> Vec<Superquadric> {
         let kept = self.pieces().iter().enumerate().filter(|(j, _)| !without.contains(j));
         kept.map(|(_, piece)| piece.shape).collect()
@@ -195,7 +205,7 @@ impl<'a> Layout<'a> {
     /// By how many prices of a primitive the energy would rise with these shapes
     /// in the place of some pieces.
     fn rise(&self, removed: &[usize], shapes: &[Superquadric], before: f64) -> f64 {
-        let added: Vec<Piece> = shapes.iter().map(|s| Piece::new(self.model, *s)).collect();
+        let added: Vec<Piece> = shapes.iter().map(|s| Piece::with(self.model, *s, Detail::Rough)).collect();
         (self.energy_with(removed, &added) - before) / self.price_of_one_more()
     }
 
@@ -244,7 +254,8 @@ impl<'a> Layout<'a> {
             return None;
         }
         let largest = *list.iter().max_by_key(|&&j| self.members[j].len())?;
-        let shape = self.one_way(&points, &[self.pieces()[largest].shape], Effort::GLANCE)?;
+        let few: Vec<u32> = points.iter().step_by(points.len().div_ceil(GLANCE_POINTS)).copied().collect();
+        let shape = self.one_way(&few, &[self.pieces()[largest].shape], Effort::GLANCE)?;
         // The points alone say as much in most cases.
         let gathered = self.model.gather(&points).into_iter().collect();
         let together = kernel::rounded_cost(&shape, &gathered, ROUNDING * self.model.spacing);

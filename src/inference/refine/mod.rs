@@ -5,7 +5,8 @@
 
 mod layout;
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::{BTreeMap, BTreeSet, HashSet};
+use std::hash::{DefaultHasher, Hash, Hasher};
 
 use rayon::prelude::*;
 
@@ -18,6 +19,7 @@ use super::sampler::Cancel;
 use super::state::{Cluster, SMALLEST_CLUSTER, State};
 use super::streams::{Purpose, stream};
 use super::two_way::Detail;
+use crate::geometry::Superquadric;
 pub(crate) use layout::Layout;
 use layout::{Glimpse, Proposal};
 
@@ -78,9 +80,10 @@ pub(crate) fn refine(state: &mut State, params: &Params, cancel: &Cancel, occurr
     let (mut layout, mut names) = (Layout::of(&model, state, params, cancel), names_of(state));
     layout.assign();
     let mut tried = BTreeSet::new();
+    let mut refits = Refits::default();
     let mut reports = Vec::new();
     for round in 0..ROUNDS {
-        let before = refit(&mut layout, &mut names, state);
+        let before = refit(&mut layout, &mut names, state, &mut refits);
         if round + 1 == ROUNDS || cancel.is_requested() {
             break;
         }
@@ -98,7 +101,7 @@ pub(crate) fn refine(state: &mut State, params: &Params, cancel: &Cancel, occurr
         layout.assign();
     }
     spare_the_empty(&mut layout, &mut names, &mut reports);
-    polish(&mut layout);
+    polish(&mut layout, &mut refits);
     if cancel.is_requested() {
         return;
     }
@@ -211,11 +214,19 @@ fn names_of(state: &State) -> Vec<Name> {
 
 /// Fits every primitive to its points and what is around it, and keeps what
 /// lowers the energy. Returns the energy.
-fn refit(layout: &mut Layout<'_>, names: &mut [Name], state: &mut State) -> f64 {
+fn refit(layout: &mut Layout<'_>, names: &mut [Name], state: &mut State, refits: &mut Refits) -> f64 {
     let notable = NOTABLE * layout.price_of_one_more();
     let mut energy = layout.energy();
     for explore in [true, false] {
-        energy = refit_once(layout, energy, explore, (FIT_STEPS, Detail::Rough), |j, gain| {
+        let ways: Vec<Way> = names
+            .iter()
+            .map(|name| Way {
+                explore: explore && refits.explored.insert(name.revision),
+                steps: FIT_STEPS,
+                detail: Detail::Rough,
+            })
+            .collect();
+        energy = refit_once(layout, energy, &ways, refits, |j, gain| {
             if gain > notable {
                 names[j].revision = state.new_revision();
             }
@@ -244,11 +255,12 @@ fn keep_marked<T>(list: &mut Vec<T>, marks: &[bool]) {
 }
 
 /// Fits the final primitives until they rest.
-fn polish(layout: &mut Layout<'_>) {
+fn polish(layout: &mut Layout<'_>, refits: &mut Refits) {
     let rest = NOTABLE * layout.price_of_one_more();
     let mut energy = layout.energy();
     for _ in 0..POLISHES {
-        let now = refit_once(layout, energy, false, (POLISH_STEPS, Detail::Full), |_, _| {});
+        let way = Way { explore: false, steps: POLISH_STEPS, detail: Detail::Full };
+        let now = refit_once(layout, energy, &vec![way; layout.pieces().len()], refits, |_, _| {});
         if energy - now < rest {
             break;
         }
@@ -256,39 +268,63 @@ fn polish(layout: &mut Layout<'_>) {
     }
 }
 
-/// Fits every primitive next to the others, and takes those fits that lower
-/// the `energy`, which is returned; `taken` hears of each with its gain.
-/// Exploring starts anew from the points, too.
+/// How a primitive is fitted again.
+#[derive(Debug, Clone, Copy, Hash)]
+struct Way {
+    /// Start anew from the points, too.
+    explore: bool,
+    steps: usize,
+    detail: Detail,
+}
+
+/// What need not be done again.
+#[derive(Debug, Default)]
+struct Refits {
+    /// Revisions that have been fitted from their points alone.
+    explored: HashSet<u64>,
+    /// Fits that came to nothing, by all that they depend on.
+    idle: HashSet<u64>,
+}
+
+/// All that the fit of a primitive depends on, as one number.
+fn circumstances(layout: &Layout<'_>, j: usize, way: Way) -> u64 {
+    let mut hasher = DefaultHasher::new();
+    let mut add = |shape: &Superquadric| {
+        let pose = shape.rotation.matrix().iter().chain(&shape.translation);
+        let rest = shape.semi_axes.iter().chain(&shape.exponents).chain(&shape.taper);
+        pose.chain(rest).for_each(|v| v.to_bits().hash(&mut hasher));
+    };
+    add(&layout.pieces()[j].shape);
+    layout.around(j).for_each(add);
+    (way, &layout.members[j]).hash(&mut hasher);
+    hasher.finish()
+}
+
+/// Fits primitives next to the others, and takes those fits that lower the
+/// `energy`, which is returned; `taken` hears of each with its gain.
 fn refit_once(
     layout: &mut Layout<'_>,
     mut energy: f64,
-    explore: bool,
-    (steps, detail): (usize, Detail),
+    ways: &[Way],
+    refits: &mut Refits,
     mut taken: impl FnMut(usize, f64),
 ) -> f64 {
-    let fitted: Vec<Option<Piece>> = (0..layout.pieces().len())
-        .into_par_iter()
-        .map(|j| {
-            let points = &layout.members[j];
-            if points.is_empty() {
-                return None;
-            }
-            let mut starts = vec![layout.pieces()[j].shape];
-            if explore && points.len() > SMALLEST_CLUSTER {
-                starts.extend(layout.one_way(points, &[], Effort::THOROUGH));
-            }
-            let shape = layout.two_way(points, &starts, &layout.others(&[j]), steps, detail)?;
-            Some(Piece::new(layout.model, shape))
-        })
+    let keys: Vec<u64> = ways.iter().enumerate().map(|(j, way)| circumstances(layout, j, *way)).collect();
+    let fitted: Vec<Option<Piece>> = ways
+        .par_iter()
+        .enumerate()
+        .map(|(j, way)| if refits.idle.contains(&keys[j]) { None } else { fitted_again(layout, j, *way) })
         .collect();
     // Each judged next to those taken before it.
     let (mut old, mut new): (Vec<usize>, Vec<Piece>) = (Vec::new(), Vec::new());
     for (j, piece) in fitted.into_iter().enumerate() {
         let Some(piece) = piece else { continue };
+        refits.idle.insert(keys[j]);
         old.push(j);
         new.push(piece);
         let now = layout.energy_with(&old, &new);
         if now < energy {
+            refits.idle.remove(&keys[j]);
             taken(j, energy - now);
             energy = now;
         } else {
@@ -303,6 +339,20 @@ fn refit_once(
     });
     layout.assign();
     energy
+}
+
+/// A primitive fitted to its points, next to the others.
+fn fitted_again(layout: &Layout<'_>, j: usize, way: Way) -> Option<Piece> {
+    let points = &layout.members[j];
+    if points.is_empty() {
+        return None;
+    }
+    let mut starts = vec![layout.pieces()[j].shape];
+    if way.explore && points.len() > SMALLEST_CLUSTER {
+        starts.extend(layout.one_way(points, &[], Effort::THOROUGH));
+    }
+    let shape = layout.two_way(points, &starts, &layout.others(&[j]), way.steps, way.detail)?;
+    Some(Piece::new(layout.model, shape))
 }
 
 /// Changes that have not been tried of the same primitives before.
