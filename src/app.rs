@@ -282,6 +282,13 @@ impl App {
 }
 
 impl eframe::App for App {
+    fn raw_input_hook(&mut self, _ctx: &egui::Context, input: &mut egui::RawInput) {
+        // A pointer that happens to rest over the window is no part of its picture.
+        if self.pending_picture.is_some() {
+            input.events.retain(|event| !is_of_pointer(event));
+        }
+    }
+
     fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
         let events: Vec<Event> = self.worker.try_events().collect();
         for event in events {
@@ -307,6 +314,14 @@ impl eframe::App for App {
             self.apply(&ctx, action);
         }
     }
+}
+
+fn is_of_pointer(event: &egui::Event) -> bool {
+    use egui::Event::{MouseMoved, MouseWheel, PointerButton, PointerMoved, Touch, Zoom};
+    matches!(
+        event,
+        MouseMoved(_) | MouseWheel { .. } | PointerButton { .. } | PointerMoved(_) | Touch { .. } | Zoom(_)
+    )
 }
 
 /// Writes the picture, whole or not at all.

@@ -2,6 +2,8 @@
 //! draws a session and answers with what the person asked for; it changes
 //! nothing itself.
 
+use std::time::Duration;
+
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
 use crate::session::Session;
@@ -29,12 +31,18 @@ use viewport::Viewport;
 const LEFT: f32 = 290.0;
 const RIGHT: f32 = 272.0;
 
+/// Seconds without a change after which a hand that holds a slider rests:
+/// longer than from one change of a drag to the next.
+const REST: f64 = 0.15;
+
 /// What the window remembers besides the session.
 #[derive(Debug)]
 pub struct Interface {
     viewport: Viewport,
     dialogs: Dialogs,
     overlays: Overlays,
+    /// When what a run is made from was last changed, in seconds.
+    turned_at: f64,
 }
 
 impl Interface {
@@ -46,6 +54,7 @@ impl Interface {
             viewport: Viewport::new(state),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
+            turned_at: 0.0,
         }
     }
 
@@ -87,6 +96,28 @@ impl Interface {
         });
         self.overlays.show(&ctx, session, area.inner, &mut actions);
         self.dialogs.show(&ctx, &mut actions);
+        self.watch_hand(&ctx, session, &mut actions);
         actions
+    }
+
+    /// Tells when the hand that turns a slider comes to rest.
+    fn watch_hand(&mut self, ctx: &Context, session: &Session, actions: &mut Vec<Action>) {
+        let turns = |action: &Action| {
+            matches!(action, Action::SetParams(_) | Action::SetMethod(_) | Action::SetSampling(_))
+        };
+        let (now, let_go) = ctx.input(|i| (i.time, i.pointer.any_released()));
+        let turned = actions.iter().any(turns);
+        if turned {
+            self.turned_at = now;
+        }
+        if !turned && !session.awaits_newer_run() {
+            return;
+        }
+        let left = self.turned_at + REST - now;
+        if let_go || left <= 0.0 {
+            actions.push(Action::HandRests);
+        } else {
+            ctx.request_repaint_after(Duration::from_secs_f64(left));
+        }
     }
 }

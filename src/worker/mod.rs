@@ -16,15 +16,18 @@ use crate::inference::{Cancel, Run};
 mod engine;
 mod machine;
 mod measure;
+mod pacer;
 pub mod protocol;
 mod source;
 #[cfg(test)]
 mod tests;
+mod trouble;
 
 use engine::{Engine, Order};
 use machine::Machine;
 pub use protocol::{
-    Activity, Command, Event, LoadedShape, Measurement, Pace, SamplingOptions, Snapshot, Source,
+    Activity, Command, Event, LoadedShape, Measurement, Pace, Renewed, SamplingOptions, Setup, Snapshot,
+    Source,
 };
 
 /// Commands that may wait for a busy worker before they wait at the sender.
@@ -76,17 +79,17 @@ impl Worker {
         })
     }
 
-    /// Hands a command over, in order; never blocks. `Load`, `Resample`,
-    /// `Reset` and `Pause` interrupt what is going on, and what was sent but
-    /// not begun, on their way in.
+    /// Hands a command over, in order; never blocks. Some interrupt what is
+    /// going on, and what was sent but not begun, on their way in:
+    /// [`Command::interrupts`].
     pub fn send(&mut self, command: Command) {
         if command.interrupts() {
             self.cancel.request();
             self.cancel = Cancel::default();
         }
         // A slider that is dragged while the worker is busy leaves one command, not hundreds.
-        if let (Command::SetParams(_), Some(Order { command: Command::SetParams(_), .. })) =
-            (&command, self.backlog.back())
+        if let Some(Order { command: waiting, .. }) = self.backlog.back()
+            && command.replaces(waiting)
         {
             self.backlog.pop_back();
         }
