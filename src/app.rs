@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::Context as _;
 use egui::ColorImage;
@@ -48,6 +48,7 @@ pub enum RunError {
 /// # Errors
 /// See [`RunError`].
 pub fn run(options: Options) -> Result<(), RunError> {
+    let begun = Instant::now();
     let (sender, outcome) = channel();
     let wants_picture = options.screenshot.is_some();
     let native = eframe::NativeOptions {
@@ -63,8 +64,11 @@ pub fn run(options: Options) -> Result<(), RunError> {
         "Superform",
         native,
         Box::new(move |cc| {
+            tracing::debug!(after = ?begun.elapsed(), "the window has a device");
             let mut app = App::new(cc, &options)?;
+            tracing::debug!(after = ?begun.elapsed(), "the window has its pipelines");
             app.outcome = Some(sender);
+            app.start = Start::Since(begun);
             Ok(Box::new(app))
         }),
     )
@@ -104,6 +108,16 @@ pub struct App {
     gpu_errors: Receiver<String>,
     pending_picture: Option<PendingPicture>,
     outcome: Option<Sender<anyhow::Result<()>>>,
+    start: Start,
+}
+
+/// How far the program has come on its way to the first picture.
+#[derive(Debug, Clone, Copy)]
+enum Start {
+    Since(Instant),
+    /// The first frame was laid out; before the second it has been drawn.
+    Drawn(Instant),
+    Over,
 }
 
 impl App {
@@ -147,6 +161,7 @@ impl App {
                 is_requested: false,
             }),
             outcome: None,
+            start: Start::Over,
         };
         if options.screenshot.is_some() {
             app.session.pace = Pace::Unlimited;
@@ -173,6 +188,11 @@ impl App {
     }
 
     fn absorb(&mut self, ctx: &egui::Context, event: Event) {
+        match &event {
+            Event::Renewing(_) => tracing::debug!("a renewal has begun"),
+            Event::Renewed(_) => tracing::debug!("a renewal was finished"),
+            _ => {}
+        }
         let effects = self.session.absorb(event);
         self.carry_out(ctx, effects);
     }
@@ -269,6 +289,14 @@ impl App {
         ctx.send_viewport_cmd(egui::ViewportCommand::Close);
     }
 
+    /// Logs when the first picture was there.
+    fn advance_start(&mut self) {
+        if let Start::Drawn(begun) = self.start {
+            tracing::debug!(after = ?begun.elapsed(), "the first frame was drawn");
+            self.start = Start::Over;
+        }
+    }
+
     fn update_title(&mut self, ctx: &egui::Context) {
         let title = match &self.session.loaded {
             Some(loaded) => format!("{} – Superform", loaded.shape.name),
@@ -298,13 +326,19 @@ impl eframe::App for App {
             let what = "The 3D view could not be drawn".to_owned();
             self.apply(ctx, Action::Tell { what, error });
         }
+        self.advance_start();
         self.save_pictures(ctx);
         self.advance_picture(ctx);
         self.update_title(ctx);
     }
 
-    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
+        if let Start::Since(begun) = self.start {
+            self.start = Start::Drawn(begun);
+            ctx.request_repaint();
+        }
+        tracing::trace!(seconds = frame.info().cpu_usage, "the frame before");
         let actions = self.interface.show(ui, &self.session);
         if !actions.is_empty() {
             // What was asked for is seen in the next frame.

@@ -67,9 +67,15 @@ impl Worker {
     fn spawn_machine<M: Machine>(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let (orders, incoming) = mpsc::sync_channel(COMMAND_CAPACITY);
         let (outgoing, events) = mpsc::sync_channel(EVENT_CAPACITY);
-        let thread = std::thread::Builder::new()
-            .name("sampler".to_owned())
-            .spawn(move || Engine::<M>::new(incoming, outgoing, Arc::new(wake)).run())?;
+        let thread =
+            std::thread::Builder::new().name("sampler".to_owned()).spawn(move || match threads() {
+                // The loop is one of the pool's threads: while it computes, all cores do.
+                Ok(pool) => pool.install(|| Engine::<M>::new(incoming, outgoing, Arc::new(wake)).run()),
+                Err(error) => {
+                    tracing::warn!("the sampler has no threads of its own: {error}");
+                    Engine::<M>::new(incoming, outgoing, Arc::new(wake)).run();
+                }
+            })?;
         Ok(Self {
             orders: Some(orders),
             events: Some(events),
@@ -128,6 +134,12 @@ impl Worker {
             }
         }
     }
+}
+
+/// The threads that a run computes with. They are the worker's own, so that
+/// whatever else computes in parallel never waits behind a step.
+fn threads() -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
+    rayon::ThreadPoolBuilder::new().thread_name(|i| format!("sampler {i}")).build()
 }
 
 impl Drop for Worker {
