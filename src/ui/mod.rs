@@ -31,9 +31,10 @@ use viewport::Viewport;
 const LEFT: f32 = 290.0;
 const RIGHT: f32 = 272.0;
 
-/// Seconds without a change after which a hand that holds a slider rests:
-/// longer than from one change of a drag to the next.
-const REST: f64 = 0.15;
+/// A hand that holds a slider rests when nothing was moved for so many seconds
+/// and in so many frames: where frames are slow, some of a drag see no change.
+const REST: f64 = 0.2;
+const STILL_FRAMES: u32 = 2;
 
 /// What the window remembers besides the session.
 #[derive(Debug)]
@@ -41,8 +42,10 @@ pub struct Interface {
     viewport: Viewport,
     dialogs: Dialogs,
     overlays: Overlays,
-    /// When what a run is made from was last changed, in seconds.
+    /// When what a run is made from was last changed, in seconds, and the frames
+    /// without a movement since.
     turned_at: f64,
+    still_frames: u32,
 }
 
 impl Interface {
@@ -55,6 +58,7 @@ impl Interface {
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
             turned_at: 0.0,
+            still_frames: 0,
         }
     }
 
@@ -105,19 +109,23 @@ impl Interface {
         let turns = |action: &Action| {
             matches!(action, Action::SetParams(_) | Action::SetMethod(_) | Action::SetSampling(_))
         };
-        let (now, let_go) = ctx.input(|i| (i.time, i.pointer.any_released()));
+        let (now, let_go, moves) =
+            ctx.input(|i| (i.time, i.pointer.any_released(), i.pointer.delta() != egui::Vec2::ZERO));
         let turned = actions.iter().any(turns);
-        if turned {
+        if turned || moves {
             self.turned_at = now;
+            self.still_frames = 0;
+        } else {
+            self.still_frames = self.still_frames.saturating_add(1);
         }
         if !turned && !session.awaits_newer_run() {
             return;
         }
         let left = self.turned_at + REST - now;
-        if let_go || left <= 0.0 {
+        if let_go || (left <= 0.0 && self.still_frames >= STILL_FRAMES) {
             actions.push(Action::HandRests);
         } else {
-            ctx.request_repaint_after(Duration::from_secs_f64(left));
+            ctx.request_repaint_after(Duration::from_secs_f64(left.max(0.0)));
         }
     }
 }
