@@ -148,9 +148,18 @@ impl App {
             }));
         }
         let ctx = cc.egui_ctx.clone();
-        let mut app = Self {
-            session: Session::new(options.params, options.sampling),
-            worker: Worker::spawn(move || ctx.request_repaint())?,
+        let mut worker = Worker::spawn(move || ctx.request_repaint())?;
+        let mut session = Session::new(options.params, options.sampling);
+        if options.screenshot.is_some() {
+            session.pace = Pace::Unlimited;
+        }
+        // The shape is read and sampled while the pipelines are built.
+        for command in session.begin(options.source.clone()) {
+            worker.send(command);
+        }
+        Ok(Self {
+            session,
+            worker,
             interface: Interface::new(&cc.egui_ctx, cc.wgpu_render_state.as_ref(), system_dialogs),
             title: String::new(),
             pictures: sync_channel(4),
@@ -162,13 +171,7 @@ impl App {
             }),
             outcome: None,
             start: Start::Over,
-        };
-        if options.screenshot.is_some() {
-            app.session.pace = Pace::Unlimited;
-        }
-        let effects = app.session.begin(options.source.clone());
-        app.carry_out(&cc.egui_ctx, effects);
-        Ok(app)
+        })
     }
 
     /// What the window knows.

@@ -109,13 +109,10 @@ impl Session {
         }
     }
 
-    /// The effects that bring a new worker to this session's settings and
+    /// The commands that bring a new worker to this session's settings and
     /// open the first shape, which is run at once.
-    pub fn begin(&mut self, source: Source) -> Vec<Effect> {
-        let mut effects =
-            vec![Effect::Send(Command::SetParams(self.params)), Effect::Send(Command::SetPace(self.pace))];
-        effects.extend(self.open(source));
-        effects
+    pub fn begin(&mut self, source: Source) -> [Command; 3] {
+        [Command::SetParams(self.params), Command::SetPace(self.pace), self.load(source)]
     }
 
     /// The present primitives; none where nothing has been run.
@@ -336,18 +333,27 @@ impl Session {
         Vec::new()
     }
 
-    /// The activity is assumed at once, so that no button can be pressed
-    /// twice; the worker answers every command with its own word on it.
     fn command(&mut self, command: Command, activity: Activity) -> Vec<Effect> {
-        self.activity = activity;
-        self.live.forget();
-        self.answered = Some(self.messages.count());
+        self.expect(activity);
         vec![Effect::Send(command)]
     }
 
+    /// The activity is assumed at once, so that no button can be pressed
+    /// twice; the worker answers every command with its own word on it.
+    fn expect(&mut self, activity: Activity) {
+        self.activity = activity;
+        self.live.forget();
+        self.answered = Some(self.messages.count());
+    }
+
     fn open(&mut self, source: Source) -> Vec<Effect> {
+        vec![Effect::Send(self.load(source))]
+    }
+
+    fn load(&mut self, source: Source) -> Command {
         self.run_when_loaded = true;
-        self.command(Command::Load { source, sampling: self.sampling }, Activity::Loading)
+        self.expect(Activity::Loading);
+        Command::Load { source, sampling: self.sampling }
     }
 
     fn set_aspect(&mut self, aspect: f64) {

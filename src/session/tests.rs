@@ -89,8 +89,8 @@ fn no_two_enabled_verbs_share_a_shortcut() {
 #[test]
 fn a_shape_is_run_as_soon_as_it_is_there() {
     let mut session = Session::new(Params::default(), SamplingOptions::default());
-    let effects = session.begin(Source::BuiltIn);
-    assert!(matches!(effects.last(), Some(Effect::Send(Command::Load { .. }))));
+    let commands = session.begin(Source::BuiltIn);
+    assert!(matches!(commands.last(), Some(Command::Load { .. })));
     assert!(!session.is_enabled(Verb::Run), "while it loads");
     let effects = session.absorb(Event::Loaded(loaded()));
     assert!(matches!(effects[..], [Effect::Send(Command::Run)]));

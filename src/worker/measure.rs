@@ -37,7 +37,6 @@ impl Measurer {
         let started = rayon::ThreadPoolBuilder::new()
             .num_threads((cores / 2).max(1))
             .thread_name(|i| format!("measurer {i}"))
-            .start_handler(|_| super::give_way())
             .build()
             .map_err(|e| e.to_string())
             .and_then(|pool| {

@@ -35,10 +35,6 @@ const COMMAND_CAPACITY: usize = 64;
 /// Events that may wait for a busy owner before the worker waits for it.
 const EVENT_CAPACITY: usize = 32;
 
-/// How far the priority of threads that compute is below the window's.
-#[cfg(target_os = "linux")]
-const NICENESS: i32 = 5;
-
 /// Called after each event.
 type Wake = dyn Fn() + Send + Sync;
 
@@ -143,21 +139,7 @@ impl Worker {
 /// The threads that a run computes with. They are the worker's own, so that
 /// whatever else computes in parallel never waits behind a step.
 fn threads() -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
-    rayon::ThreadPoolBuilder::new()
-        .thread_name(|i| format!("sampler {i}"))
-        .start_handler(|_| give_way())
-        .build()
-}
-
-/// Makes the window come first where it and the present thread want the same
-/// core: frames while a slider is dragged are drawn in time, and cost the run
-/// next to nothing.
-fn give_way() {
-    // Elsewhere the priority is that of the whole process.
-    #[cfg(target_os = "linux")]
-    if let Err(error) = rustix::process::nice(NICENESS) {
-        tracing::debug!("the sampler has the window's priority: {error}");
-    }
+    rayon::ThreadPoolBuilder::new().thread_name(|i| format!("sampler {i}")).build()
 }
 
 impl Drop for Worker {
