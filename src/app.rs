@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use anyhow::Context as _;
 use egui::ColorImage;
@@ -48,6 +48,7 @@ pub enum RunError {
 /// # Errors
 /// See [`RunError`].
 pub fn run(options: Options) -> Result<(), RunError> {
+    let begun = Instant::now();
     let (sender, outcome) = channel();
     let wants_picture = options.screenshot.is_some();
     let native = eframe::NativeOptions {
@@ -63,8 +64,11 @@ pub fn run(options: Options) -> Result<(), RunError> {
         "Superform",
         native,
         Box::new(move |cc| {
+            tracing::debug!(after = ?begun.elapsed(), "the window has a device");
             let mut app = App::new(cc, &options)?;
+            tracing::debug!(after = ?begun.elapsed(), "the window has its pipelines");
             app.outcome = Some(sender);
+            app.start = Start::Since(begun);
             Ok(Box::new(app))
         }),
     )
@@ -104,6 +108,16 @@ pub struct App {
     gpu_errors: Receiver<String>,
     pending_picture: Option<PendingPicture>,
     outcome: Option<Sender<anyhow::Result<()>>>,
+    start: Start,
+}
+
+/// How far the program has come on its way to the first picture.
+#[derive(Debug, Clone, Copy)]
+enum Start {
+    Since(Instant),
+    /// The first frame was laid out; before the second it has been drawn.
+    Drawn(Instant),
+    Over,
 }
 
 impl App {
@@ -134,9 +148,18 @@ impl App {
             }));
         }
         let ctx = cc.egui_ctx.clone();
-        let mut app = Self {
-            session: Session::new(options.params, options.sampling),
-            worker: Worker::spawn(move || ctx.request_repaint())?,
+        let mut worker = Worker::spawn(move || ctx.request_repaint())?;
+        let mut session = Session::new(options.params, options.sampling);
+        if options.screenshot.is_some() {
+            session.pace = Pace::Unlimited;
+        }
+        // The shape is read and sampled while the pipelines are built.
+        for command in session.begin(options.source.clone()) {
+            worker.send(command);
+        }
+        Ok(Self {
+            session,
+            worker,
             interface: Interface::new(&cc.egui_ctx, cc.wgpu_render_state.as_ref(), system_dialogs),
             title: String::new(),
             pictures: sync_channel(4),
@@ -147,13 +170,8 @@ impl App {
                 is_requested: false,
             }),
             outcome: None,
-        };
-        if options.screenshot.is_some() {
-            app.session.pace = Pace::Unlimited;
-        }
-        let effects = app.session.begin(options.source.clone());
-        app.carry_out(&cc.egui_ctx, effects);
-        Ok(app)
+            start: Start::Over,
+        })
     }
 
     /// What the window knows.
@@ -173,6 +191,11 @@ impl App {
     }
 
     fn absorb(&mut self, ctx: &egui::Context, event: Event) {
+        match &event {
+            Event::Renewing(_) => tracing::debug!("a renewal has begun"),
+            Event::Renewed(_) => tracing::debug!("a renewal was finished"),
+            _ => {}
+        }
         let effects = self.session.absorb(event);
         self.carry_out(ctx, effects);
     }
@@ -269,6 +292,14 @@ impl App {
         ctx.send_viewport_cmd(egui::ViewportCommand::Close);
     }
 
+    /// Logs when the first picture was there.
+    fn advance_start(&mut self) {
+        if let Start::Drawn(begun) = self.start {
+            tracing::debug!(after = ?begun.elapsed(), "the first frame was drawn");
+            self.start = Start::Over;
+        }
+    }
+
     fn update_title(&mut self, ctx: &egui::Context) {
         let title = match &self.session.loaded {
             Some(loaded) => format!("{} – Superform", loaded.shape.name),
@@ -282,6 +313,13 @@ impl App {
 }
 
 impl eframe::App for App {
+    fn raw_input_hook(&mut self, _ctx: &egui::Context, input: &mut egui::RawInput) {
+        // A pointer that happens to rest over the window is no part of its picture.
+        if self.pending_picture.is_some() {
+            input.events.retain(|event| !is_of_pointer(event));
+        }
+    }
+
     fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
         let events: Vec<Event> = self.worker.try_events().collect();
         for event in events {
@@ -291,13 +329,19 @@ impl eframe::App for App {
             let what = "The 3D view could not be drawn".to_owned();
             self.apply(ctx, Action::Tell { what, error });
         }
+        self.advance_start();
         self.save_pictures(ctx);
         self.advance_picture(ctx);
         self.update_title(ctx);
     }
 
-    fn ui(&mut self, ui: &mut egui::Ui, _frame: &mut eframe::Frame) {
+    fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
         let ctx = ui.ctx().clone();
+        if let Start::Since(begun) = self.start {
+            self.start = Start::Drawn(begun);
+            ctx.request_repaint();
+        }
+        tracing::trace!(seconds = frame.info().cpu_usage, "the frame before");
         let actions = self.interface.show(ui, &self.session);
         if !actions.is_empty() {
             // What was asked for is seen in the next frame.
@@ -307,6 +351,14 @@ impl eframe::App for App {
             self.apply(&ctx, action);
         }
     }
+}
+
+fn is_of_pointer(event: &egui::Event) -> bool {
+    use egui::Event::{MouseMoved, MouseWheel, PointerButton, PointerMoved, Touch, Zoom};
+    matches!(
+        event,
+        MouseMoved(_) | MouseWheel { .. } | PointerButton { .. } | PointerMoved(_) | Touch { .. } | Zoom(_)
+    )
 }
 
 /// Writes the picture, whole or not at all.

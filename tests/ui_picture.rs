@@ -83,6 +83,7 @@ fn a_small_window_with_everything_open() {
     driver.settle();
     let id = driver.session().primitives()[0].id;
     driver.press(&format!("Primitive {id}"));
+    driver.toggle("Live");
     driver.slide("Clusters K", 20.0);
     driver.press("Step merge");
     driver.settle();

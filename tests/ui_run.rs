@@ -20,7 +20,15 @@ fn running() -> Driver {
     let mut options = options(Source::BuiltIn);
     options.params.iterations = LONG;
     let mut driver = Driver::start(options, [1280.0, 800.0]);
+    driver.toggle("Live");
     driver.until(|s| s.snapshot.as_ref().is_some_and(|s| s.abstraction.iteration >= 1));
+    driver
+}
+
+/// The window after its first run, with sliders that wait for the next.
+fn finished() -> Driver {
+    let mut driver = Driver::finished();
+    driver.toggle("Live");
     driver
 }
 
@@ -87,7 +95,7 @@ fn merging_step_by_step_says_which_and_when_none_is_left() {
 
 #[test]
 fn sliders_reach_the_sampler() {
-    let mut driver = Driver::finished();
+    let mut driver = finished();
     driver.press("Reset");
     driver.settle();
     driver.slide("Concentration α", 3.0);
@@ -115,7 +123,7 @@ fn a_slider_moved_during_the_run_is_taken_on_the_way() {
 
 #[test]
 fn keys_do_what_the_buttons_do() {
-    let mut driver = Driver::finished();
+    let mut driver = finished();
     driver.choose("Method", "Paper");
     driver.choose("Method", "Default");
     driver.key(Modifiers::NONE, Key::Backspace);
@@ -133,7 +141,7 @@ fn keys_do_what_the_buttons_do() {
 
 #[test]
 fn a_method_is_chosen_run_and_seen() {
-    let mut driver = Driver::finished();
+    let mut driver = finished();
     driver.choose("Method", "Paper");
     assert!(driver.session().params.freeze);
     driver.choose("Method", "K-means");
@@ -180,7 +188,7 @@ fn a_method_is_chosen_run_and_seen() {
 
 #[test]
 fn the_cost_of_a_primitive_is_turned() {
-    let mut driver = Driver::finished();
+    let mut driver = finished();
     let count = |driver: &Driver| driver.session().primitives().len();
     let before = count(&driver);
     driver.slide("Cost of a primitive", 10.0);
@@ -198,14 +206,14 @@ fn the_cost_of_a_primitive_is_turned() {
 
 #[test]
 fn iterations_below_what_is_done_are_not_claimed() {
-    let mut driver = Driver::finished();
+    let mut driver = finished();
     driver.slide("Iterations T", 3.0);
     assert!(driver.shows("Iteration 6 of 6") && !driver.shows("of 3"));
 }
 
 #[test]
 fn sampling_anew_starts_over() {
-    let mut driver = Driver::finished();
+    let mut driver = finished();
     assert!(!driver.has_button("Sample again"), "nothing has changed");
     let seed = driver.harness.get_by_role_and_label(ui_common::Role::SpinButton, "seed");
     seed.set_value_accesskit(5.0);
@@ -220,7 +228,7 @@ fn sampling_anew_starts_over() {
 /// The figures of the present state, which are those of `evaluate`.
 #[test]
 fn the_figures_of_a_state_that_rests_are_shown_and_explained() {
-    let mut driver = Driver::finished();
+    let mut driver = finished();
     driver.until(|session| session.measurement().is_some());
     let metrics = driver.session().measurement().unwrap().result.clone().unwrap();
     for value in [metrics.chamfer_l1, metrics.accuracy, metrics.completeness] {
@@ -267,7 +275,7 @@ fn a_cloud_says_why_it_has_no_volume() {
 /// The built-in chair has parts that reach into others.
 #[test]
 fn what_is_hidden_is_sampled_on_request() {
-    let mut driver = Driver::finished();
+    let mut driver = finished();
     let loaded = driver.session().loaded.as_ref().unwrap();
     assert!(loaded.cloud.part.left_out() > 0.02, "{:?}", loaded.cloud.part);
     let label = "Only the surface seen from outside";
@@ -293,6 +301,7 @@ fn isolated_points_are_sampled_on_request() {
     }
     std::fs::write(&path, text).unwrap();
     let mut driver = Driver::start(ui_common::options(Source::File(path)), [1280.0, 800.0]);
+    driver.toggle("Live");
     driver.settle();
     let loaded = driver.session().loaded.as_ref().unwrap();
     assert_eq!(loaded.cloud.part.isolated(), 9, "{:?}", loaded.cloud.part);

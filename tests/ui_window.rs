@@ -150,6 +150,50 @@ fn help_lists_every_shortcut() {
 }
 
 #[test]
+fn escape_closes_what_is_open_before_it_deselects() {
+    let mut driver = Driver::finished();
+    let id = driver.session().primitives()[0].id;
+    driver.press(&format!("Primitive {id}"));
+    driver.key(Modifiers::NONE, Key::F1);
+    assert!(driver.session().view.shows_shortcuts);
+    driver.key(Modifiers::NONE, Key::Escape);
+    assert!(!driver.session().view.shows_shortcuts);
+    assert_eq!(driver.session().selection.len(), 1);
+    driver.key(Modifiers::NONE, Key::Escape);
+    assert!(driver.session().selection.is_empty());
+}
+
+#[test]
+fn a_file_is_replaced_only_when_that_is_confirmed() {
+    let folder = tempfile::tempdir().unwrap();
+    let old = file(&folder, "out.json", "precious");
+    let mut driver = Driver::finished();
+    let ask = |driver: &mut Driver| {
+        driver.key(Modifiers::COMMAND | Modifiers::SHIFT, Key::E);
+        driver.type_path(old.to_str().unwrap());
+        driver.press("Save");
+        driver.harness.run_steps(2);
+        assert!(driver.shows("out.json is there already. Replace it?"));
+    };
+    ask(&mut driver);
+    driver.press("Cancel");
+    driver.settle();
+    assert_eq!(std::fs::read_to_string(&old).unwrap(), "precious");
+    ask(&mut driver);
+    // Another name needs no confirmation, nor is it one.
+    let other = folder.path().join("other.json");
+    driver.type_path(other.to_str().unwrap());
+    driver.press("Save");
+    driver.settle();
+    assert!(other.exists() && std::fs::read_to_string(&old).unwrap() == "precious");
+    ask(&mut driver);
+    driver.press("Replace");
+    driver.settle();
+    assert!(driver.shows("Wrote the primitives"));
+    assert!(std::fs::read_to_string(&old).unwrap().starts_with('{'));
+}
+
+#[test]
 fn everything_has_its_place_in_a_small_window() {
     for size in [[1024.0, 700.0], [1440.0, 900.0]] {
         let mut driver = Driver::start(options(Source::BuiltIn), size);

@@ -23,6 +23,8 @@ pub enum Action {
     SetMethod(Method),
     SetSampling(SamplingOptions),
     SetPace(Pace),
+    /// A slider was let go, or has been held still for a while.
+    HandRests,
     /// Selects one primitive, or none.
     Select(Option<u32>),
     /// Adds a primitive to the selection, or takes it out.
@@ -186,6 +188,9 @@ verbs! {
     MergeAll: Run, Some(Shortcut { ctrl: false, shift: true, alt: false, key: Key::Char('M') }), "Merge all",
         "Merge pair after pair until no pair may be merged";
     Reset: Run, plain(Key::Backspace), "Reset", "Back to the start, with the present parameters and seed";
+    ToggleLive: Run, plain(Key::Char('R')), "Live",
+        "Make the whole run anew at every change of a parameter, as fast as it goes; the last result stays until \
+         the next is there";
     Resample: Run, None, "Sample again", "Sample the shape with these settings and start over";
 
     FrameSelection: View, plain(Key::Char('F')), "Frame selection",

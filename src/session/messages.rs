@@ -2,6 +2,9 @@
 
 use std::collections::VecDeque;
 
+use crate::inference::{Algorithm, Occurrence};
+use crate::worker::Snapshot;
+
 /// Messages that are kept; older ones are dropped.
 const KEPT: usize = 1000;
 
@@ -58,10 +61,43 @@ impl Messages {
         self.kept.iter().rev().find(|m| m.level == Level::Note)
     }
 
+    /// Number of the newest message.
+    pub fn count(&self) -> u64 {
+        self.count
+    }
+
     /// Closes the error box, for all errors so far.
     pub fn dismiss_errors(&mut self) {
         self.dismissed = self.count;
     }
+
+    /// Closes the error box, for all errors up to that number.
+    pub fn dismiss_errors_until(&mut self, number: u64) {
+        self.dismissed = self.dismissed.max(number.min(self.count));
+    }
+}
+
+/// One line of what happened in a step.
+pub(super) fn of_step(snapshot: &Snapshot) -> String {
+    let parts: Vec<String> = snapshot
+        .occurrences
+        .iter()
+        .map(|occurrence| match occurrence {
+            Occurrence::Born { id, points } => format!("{id} was born with {points} points"),
+            Occurrence::Died { id } => format!("{id} died"),
+            Occurrence::Split { id, coverage } => {
+                format!("{id} was split (coverage {:.0} %)", 100.0 * coverage)
+            }
+            Occurrence::Separated { id } => format!("{id} was cut to its largest part"),
+            Occurrence::Cut { id, gain } => format!("{id} was cut (saves {gain:.4} mean spacings of error)"),
+            Occurrence::Froze { id } => format!("{id} froze"),
+            Occurrence::Merged(report) => {
+                format!("{} and {} became {}", report.merged.0, report.merged.1, report.into)
+            }
+        })
+        .collect();
+    let step = if snapshot.start.algorithm == Algorithm::Sampler { "Iteration" } else { "Step" };
+    format!("{step} {}: {}", snapshot.abstraction.iteration, parts.join(", "))
 }
 
 #[cfg(test)]

@@ -15,6 +15,7 @@ use crate::worker::{
 pub mod action;
 pub mod camera;
 pub mod history;
+pub mod live;
 pub mod messages;
 pub mod scene;
 pub mod view;
@@ -25,13 +26,15 @@ mod tests;
 pub use action::{Action, Export, Verb};
 use camera::{AxisView, Bounds, Camera};
 use history::History;
+use live::Live;
 use messages::{Level, Messages};
 use scene::{SceneFromInput, UpAxis};
 use view::{ThemeChoice, View};
 
-/// A pace at which each iteration is seen, and the default run still takes
-/// about a second.
-pub const DEFAULT_PACE: Pace = Pace::PerSecond(30);
+/// A pace at which a person can follow each iteration, and the default run
+/// takes about three seconds. Who wants the result at once turns a slider with
+/// Live on, or chooses no pace.
+pub const DEFAULT_PACE: Pace = Pace::PerSecond(10);
 
 /// What the owner of a session has to do.
 #[derive(Debug, Clone)]
@@ -55,6 +58,7 @@ pub struct Session {
     pub params: Params,
     pub sampling: SamplingOptions,
     pub pace: Pace,
+    pub live: Live,
     pub activity: Activity,
     pub view: View,
     pub camera: Camera,
@@ -74,6 +78,9 @@ pub struct Session {
     merges_are_exhausted: bool,
     /// Run as soon as the shape that is on its way has arrived.
     run_when_loaded: bool,
+    /// The messages that were there when the person last asked for work: what
+    /// they say is over when that work succeeds.
+    answered: Option<u64>,
 }
 
 impl Session {
@@ -85,6 +92,7 @@ impl Session {
             params,
             sampling,
             pace: DEFAULT_PACE,
+            live: Live::default(),
             activity: Activity::Idle,
             view: View::default(),
             camera: Camera::default(),
@@ -97,16 +105,14 @@ impl Session {
             measuring: None,
             merges_are_exhausted: false,
             run_when_loaded: false,
+            answered: None,
         }
     }
 
-    /// The effects that bring a new worker to this session's settings and
+    /// The commands that bring a new worker to this session's settings and
     /// open the first shape, which is run at once.
-    pub fn begin(&mut self, source: Source) -> Vec<Effect> {
-        let mut effects =
-            vec![Effect::Send(Command::SetParams(self.params)), Effect::Send(Command::SetPace(self.pace))];
-        effects.extend(self.open(source));
-        effects
+    pub fn begin(&mut self, source: Source) -> [Command; 3] {
+        [Command::SetParams(self.params), Command::SetPace(self.pace), self.load(source)]
     }
 
     /// The present primitives; none where nothing has been run.
@@ -163,7 +169,9 @@ impl Session {
     /// Whether the verb would do something now.
     pub fn is_enabled(&self, verb: Verb) -> bool {
         let loaded = self.loaded.is_some();
-        let idle = self.activity == Activity::Idle;
+        // What is asked for while a run is made anew waits for its result, which
+        // takes a blink: the buttons don't.
+        let idle = matches!(self.activity, Activity::Idle | Activity::Renewing);
         match verb {
             Verb::ExportCloud | Verb::ExportPrimitives => self.snapshot.is_some() && idle,
             Verb::Run => loaded && idle,
@@ -183,6 +191,7 @@ impl Session {
             }
             Verb::Resample => {
                 self.activity != Activity::Loading
+                    && !self.live.is_renewing()
                     && self.loaded.as_ref().is_some_and(|l| l.sampling != self.sampling)
             }
             Verb::FrameSelection | Verb::HideSelected | Verb::Deselect => !self.selection.is_empty(),
@@ -196,6 +205,7 @@ impl Session {
     pub fn is_on(&self, verb: Verb) -> Option<bool> {
         match verb {
             Verb::ToggleOrthographic => Some(self.camera.orthographic),
+            Verb::ToggleLive => Some(self.live.is_on),
             Verb::ToggleLog => Some(self.view.shows_log),
             Verb::ThemeSystem => Some(self.view.theme == ThemeChoice::System),
             Verb::ThemeLight => Some(self.view.theme == ThemeChoice::Light),
@@ -227,11 +237,13 @@ impl Session {
                 return vec![Effect::Send(Command::ExportPrimitives(path))];
             }
             Action::SaveScreenshot(path) => return vec![Effect::SaveScreenshot(path)],
-            Action::SetParams(params) => return self.set_params(params),
+            Action::SetParams(params) => return self.take_setup(params, self.sampling),
             Action::SetMethod(method) => {
-                return self.set_params(Params { seed: self.params.seed, ..method.params() });
+                let params = Params { seed: self.params.seed, ..method.params() };
+                return self.take_setup(params, self.sampling);
             }
-            Action::SetSampling(sampling) => self.sampling = sampling,
+            Action::SetSampling(sampling) => return self.take_setup(self.params, sampling),
+            Action::HandRests => return self.hand_rests().into_iter().collect(),
             Action::SetPace(pace) => {
                 self.pace = pace;
                 return vec![Effect::Send(Command::SetPace(pace))];
@@ -291,6 +303,7 @@ impl Session {
             Verb::MergeAll => return self.command(Command::MergeAll, Activity::Merging),
             Verb::Reset => return self.command(Command::Reset, Activity::Loading),
             Verb::Resample => return self.command(Command::Resample(self.sampling), Activity::Loading),
+            Verb::ToggleLive => return self.set_live(!self.live.is_on).into_iter().collect(),
             Verb::FrameSelection => {
                 let selected = self.primitives().iter().filter(|p| self.selection.contains(&p.id));
                 let boxes = selected.filter_map(|p| self.scene.bounds_of(&p.shape));
@@ -320,23 +333,27 @@ impl Session {
         Vec::new()
     }
 
-    /// The activity is assumed at once, so that no button can be pressed
-    /// twice; the worker answers every command with its own word on it.
     fn command(&mut self, command: Command, activity: Activity) -> Vec<Effect> {
-        self.activity = activity;
+        self.expect(activity);
         vec![Effect::Send(command)]
     }
 
-    fn set_params(&mut self, params: Params) -> Vec<Effect> {
-        self.params = params;
-        // Another merge rule may accept what the last one refused.
-        self.merges_are_exhausted = false;
-        vec![Effect::Send(Command::SetParams(params))]
+    /// The activity is assumed at once, so that no button can be pressed
+    /// twice; the worker answers every command with its own word on it.
+    fn expect(&mut self, activity: Activity) {
+        self.activity = activity;
+        self.live.forget();
+        self.answered = Some(self.messages.count());
     }
 
     fn open(&mut self, source: Source) -> Vec<Effect> {
+        vec![Effect::Send(self.load(source))]
+    }
+
+    fn load(&mut self, source: Source) -> Command {
         self.run_when_loaded = true;
-        self.command(Command::Load { source, sampling: self.sampling }, Activity::Loading)
+        self.expect(Activity::Loading);
+        Command::Load { source, sampling: self.sampling }
     }
 
     fn set_aspect(&mut self, aspect: f64) {
@@ -365,8 +382,12 @@ impl Session {
                 if activity == Activity::Idle {
                     // Whatever was on its way has arrived, failed or was cancelled.
                     self.run_when_loaded = false;
+                    self.live.finish();
+                    return self.renew_if_due().into_iter().collect();
                 }
             }
+            Event::Renewing(setup) => self.live.begin(setup),
+            Event::Renewed(renewed) => self.absorb_renewed(&renewed),
             Event::MergeStep(Some(report)) => {
                 let (a, b) = report.merged;
                 let gone = if a == report.into { b } else { a };
@@ -376,6 +397,7 @@ impl Session {
             }
             Event::MergeStep(None) => {
                 self.merges_are_exhausted = true;
+                self.dismiss_answered();
                 self.merge_text = Some("No pair is left that may be merged.".to_owned());
             }
             Event::Measuring(snapshot) => self.measuring = Some(snapshot),
@@ -426,6 +448,11 @@ impl Session {
         if !is_same {
             self.camera.frame(&self.scene.bounds);
         }
+        // It has arrived, whatever comes of it next.
+        self.activity = Activity::Idle;
+        if let Some(renewal) = self.renew_if_due() {
+            return vec![renewal];
+        }
         if std::mem::take(&mut self.run_when_loaded) {
             return self.command(Command::Run, Activity::Running);
         }
@@ -433,12 +460,6 @@ impl Session {
     }
 
     fn absorb_snapshot(&mut self, snapshot: Arc<Snapshot>) {
-        self.merges_are_exhausted = false;
-        if self.snapshot.as_ref().is_none_or(|old| old.run != snapshot.run) {
-            self.merge_text = None;
-            // A run that starts leaves behind what stopped the last one.
-            self.messages.dismiss_errors();
-        }
         self.history.push(&snapshot);
         for occurrence in &snapshot.occurrences {
             if let Occurrence::Merged(report) = occurrence {
@@ -451,35 +472,36 @@ impl Session {
             }
         }
         if !snapshot.occurrences.is_empty() {
-            let text = occurrences_text(&snapshot);
+            let text = messages::of_step(&snapshot);
             self.messages.push(Level::Detail, text, "");
+            self.dismiss_answered();
+        }
+        self.show_state(snapshot);
+    }
+
+    /// Makes a state the present one.
+    fn show_state(&mut self, snapshot: Arc<Snapshot>) {
+        self.merges_are_exhausted = false;
+        if self
+            .snapshot
+            .as_ref()
+            .is_none_or(|old| (old.generation, old.run) != (snapshot.generation, snapshot.run))
+        {
+            self.merge_text = None;
+            // A run that starts leaves behind what stopped the last one.
+            self.messages.dismiss_errors();
         }
         self.snapshot = Some(snapshot);
         let present: BTreeSet<u32> = self.primitives().iter().map(|p| p.id).collect();
         self.selection.retain(|id| present.contains(id));
         self.hidden.retain(|id| present.contains(id));
     }
-}
 
-/// One line of what happened in a step.
-fn occurrences_text(snapshot: &Snapshot) -> String {
-    let parts: Vec<String> = snapshot
-        .occurrences
-        .iter()
-        .map(|occurrence| match occurrence {
-            Occurrence::Born { id, points } => format!("{id} was born with {points} points"),
-            Occurrence::Died { id } => format!("{id} died"),
-            Occurrence::Split { id, coverage } => {
-                format!("{id} was split (coverage {:.0} %)", 100.0 * coverage)
-            }
-            Occurrence::Separated { id } => format!("{id} was cut to its largest part"),
-            Occurrence::Cut { id, gain } => format!("{id} was cut (saves {gain:.4} mean spacings of error)"),
-            Occurrence::Froze { id } => format!("{id} froze"),
-            Occurrence::Merged(report) => {
-                format!("{} and {} became {}", report.merged.0, report.merged.1, report.into)
-            }
-        })
-        .collect();
-    let step = if snapshot.start.algorithm == Algorithm::Sampler { "Iteration" } else { "Step" };
-    format!("{step} {}: {}", snapshot.abstraction.iteration, parts.join(", "))
+    /// The work that was asked for has succeeded: what went wrong before it
+    /// matters no more.
+    fn dismiss_answered(&mut self) {
+        if let Some(number) = self.answered.take() {
+            self.messages.dismiss_errors_until(number);
+        }
+    }
 }

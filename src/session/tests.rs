@@ -8,6 +8,8 @@ use crate::geometry::{SampleCloud, Superquadric};
 use crate::inference::{Abstraction, Figures, MergeReport, Method};
 use crate::io::{PointCloud, Shape, ShapeGeometry};
 
+mod live;
+
 fn loaded() -> Arc<LoadedShape> {
     let points: Vec<_> = (0..9).map(|i| Point3::new(f64::from(i), f64::from(i % 3), 0.5)).collect();
     let cloud = Arc::new(SampleCloud::from_points(&points));
@@ -52,6 +54,8 @@ fn session() -> Session {
     session.absorb(Event::Loaded(loaded()));
     session.absorb(snapshot(&[1, 2, 3], Phase::Start, 0, vec![]));
     session.absorb(Event::Activity(Activity::Idle));
+    // What Live adds is tested by itself.
+    session.live.is_on = false;
     session
 }
 
@@ -62,7 +66,9 @@ fn merged(a: u32, b: u32) -> MergeReport {
 #[test]
 fn no_two_enabled_verbs_share_a_shortcut() {
     let mut states = vec![Session::new(Params::default(), SamplingOptions::default()), session()];
-    for activity in [Activity::Loading, Activity::Running, Activity::Merging, Activity::Writing] {
+    for activity in
+        [Activity::Loading, Activity::Running, Activity::Merging, Activity::Renewing, Activity::Writing]
+    {
         let mut busy = session();
         busy.selection.insert(1);
         busy.activity = activity;
@@ -83,8 +89,8 @@ fn no_two_enabled_verbs_share_a_shortcut() {
 #[test]
 fn a_shape_is_run_as_soon_as_it_is_there() {
     let mut session = Session::new(Params::default(), SamplingOptions::default());
-    let effects = session.begin(Source::BuiltIn);
-    assert!(matches!(effects.last(), Some(Effect::Send(Command::Load { .. }))));
+    let commands = session.begin(Source::BuiltIn);
+    assert!(matches!(commands.last(), Some(Command::Load { .. })));
     assert!(!session.is_enabled(Verb::Run), "while it loads");
     let effects = session.absorb(Event::Loaded(loaded()));
     assert!(matches!(effects[..], [Effect::Send(Command::Run)]));
@@ -212,6 +218,13 @@ fn an_error_goes_when_the_same_thing_succeeds() {
     session.absorb(snapshot(&[1], Phase::Sampling, 1, vec![]));
     assert!(session.messages.open_error().is_some());
     session.absorb(Event::Written { path: "out.ply".into(), what: "segmented cloud" });
+    assert!(session.messages.open_error().is_none());
+    // A step that was asked for after it, and made.
+    session.absorb(failed());
+    session.absorb(Event::Activity(Activity::Idle));
+    session.apply(Action::Verb(Verb::StepIteration));
+    assert!(session.messages.open_error().is_some(), "it has not been made yet");
+    session.absorb(snapshot(&[1], Phase::Sampling, 2, vec![Occurrence::Died { id: 2 }]));
     assert!(session.messages.open_error().is_none());
     session.absorb(failed());
     session.apply(Action::Note("Wrote the screenshot".into()));

@@ -3,7 +3,7 @@
 use egui::{DragValue, Grid, Label, Response, RichText, Slider, Ui};
 
 use super::theme::{self, Palette};
-use super::widgets::{choice, count, divide, fact, length, primary_button, section, verb_button};
+use super::widgets::{choice, count, divide, fact, length, primary_button, section, tooltip, verb_button};
 use crate::geometry::kernel::Distance;
 use crate::geometry::{Isolated, Surface};
 use crate::inference::{MergeRule, Method, Params, Setting};
@@ -17,6 +17,14 @@ use crate::worker::{Pace, SamplingOptions};
 const LABELS: f32 = 104.0;
 /// Width of an editable number.
 const NUMBER: f32 = 58.0;
+/// How fast a run can be watched.
+const PACES: [(Pace, &str); 5] = [
+    (Pace::PerSecond(1), "1/s"),
+    (Pace::PerSecond(3), "3/s"),
+    (Pace::PerSecond(10), "10/s"),
+    (Pace::PerSecond(30), "30/s"),
+    (Pace::Unlimited, "Max"),
+];
 
 pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     shape(ui, session, actions);
@@ -83,7 +91,9 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         ));
         sampling.isolated = if leave_out { Isolated::LeaveOut } else { Isolated::Keep };
     }
-    if session.is_enabled(Verb::Resample) {
+    // With Live on, it is done without a word.
+    let is_due = session.is_enabled(Verb::Resample) && !session.awaits_newer_run();
+    if is_due {
         verb_button(ui, session, Verb::Resample, ui.available_width(), actions);
     }
     if sampling != session.sampling {
@@ -109,19 +119,36 @@ fn run(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         }
     });
     ui.horizontal(|ui| {
-        ui.label(RichText::new("Pace").color(Palette::of(ui).weak))
-            .on_hover_text("At most so many steps a second, so that you can watch");
+        ui.label(RichText::new("Watch").color(Palette::of(ui).weak)).on_hover_text(
+            "Run and Merge all show every step: at most so many a second, or as fast as they go. Results of \
+             Live don't wait for it",
+        );
         ui.spacing_mut().item_spacing.x = 3.0;
-        let width = (ui.available_width() - 9.0) / 4.0;
-        for (pace, text) in [
-            (Pace::PerSecond(5), "5/s"),
-            (Pace::PerSecond(10), "10/s"),
-            (Pace::PerSecond(30), "30/s"),
-            (Pace::Unlimited, "Max"),
-        ] {
+        let width = (ui.available_width() - 3.0 * (PACES.len() - 1) as f32) / PACES.len() as f32;
+        for (pace, text) in PACES {
             if choice(ui, session.pace == pace, text, width) {
                 actions.push(Action::SetPace(pace));
             }
+        }
+    });
+    live(ui, session, actions);
+}
+
+/// Switches Live; a dot says that a result is on its way.
+fn live(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
+    ui.horizontal(|ui| {
+        let entry = Verb::ToggleLive.entry();
+        let mut on = session.live.is_on;
+        if ui.checkbox(&mut on, entry.text).on_hover_text(tooltip(Verb::ToggleLive)).clicked() {
+            actions.push(Action::Verb(Verb::ToggleLive));
+        }
+        let (text, color) = if session.live.is_renewing() {
+            ("renewing the result", Palette::of(ui).accent)
+        } else {
+            ("sliders re-run everything", Palette::of(ui).weak)
+        };
+        if on {
+            ui.label(RichText::new(text).small().color(color));
         }
     });
 }
@@ -243,7 +270,7 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             .inner
         });
     }
-    if let Some(start) = session.stale_start() {
+    if let (Some(start), false) = (session.stale_start(), session.live.is_renewing()) {
         let text = if start.algorithm == p.algorithm {
             format!(
                 "K and seed are taken at the next start; this run has K = {}, seed {}.",

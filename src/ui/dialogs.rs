@@ -76,6 +76,26 @@ struct Prompt {
     text: String,
     reason: Option<&'static str>,
     is_new: bool,
+    /// The file that is there already and would be replaced, once it was typed
+    /// and entered.
+    replaces: Option<PathBuf>,
+}
+
+impl Prompt {
+    fn new(purpose: Purpose, text: String, reason: Option<&'static str>) -> Self {
+        Self { purpose, text, reason, is_new: true, replaces: None }
+    }
+
+    /// The path was entered: what follows, or `None` where it has to be
+    /// confirmed first.
+    fn enter(&mut self) -> Option<Action> {
+        let path = expand(self.text.trim());
+        if self.purpose != Purpose::Open && path.exists() && self.replaces.as_ref() != Some(&path) {
+            self.replaces = Some(path);
+            return None;
+        }
+        Some(self.purpose.action(path))
+    }
 }
 
 #[derive(Debug)]
@@ -103,7 +123,7 @@ impl Dialogs {
             Purpose::Screenshot => format!("{name}.png"),
         };
         if !self.system {
-            self.prompt = Some(Prompt { purpose, text: suggestion, reason: None, is_new: true });
+            self.prompt = Some(Prompt::new(purpose, suggestion, None));
             return;
         }
         let (kind, extensions) = purpose.filter();
@@ -131,7 +151,7 @@ impl Dialogs {
             Err(error) => {
                 tracing::warn!("no thread for the file dialog: {error}");
                 let reason = Some("The system's file dialog could not be opened.");
-                self.prompt = Some(Prompt { purpose, text: suggestion, reason, is_new: true });
+                self.prompt = Some(Prompt::new(purpose, suggestion, reason));
             }
         }
     }
@@ -155,7 +175,7 @@ impl Dialogs {
             None if took < TOO_FAST_FOR_A_PERSON => {
                 let reason = Some("The system offers no file dialog here (no desktop portal answered).");
                 let (purpose, text) = (pending.purpose, pending.suggestion);
-                self.prompt = Some(Prompt { purpose, text, reason, is_new: true });
+                self.prompt = Some(Prompt::new(purpose, text, reason));
             }
             None => {}
         }
@@ -184,15 +204,30 @@ impl Dialogs {
             if std::mem::take(&mut prompt.is_new) {
                 field.request_focus();
             }
+            if field.changed() {
+                prompt.replaces = None;
+            }
             let entered = field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
+            if let Some(path) = &prompt.replaces {
+                ui.add_space(4.0);
+                let name = path.file_name().unwrap_or(path.as_os_str()).display();
+                let text = format!("{name} is there already. Replace it?");
+                ui.add(Label::new(RichText::new(text).color(ui.visuals().warn_fg_color)).wrap());
+            }
             ui.add_space(8.0);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                let path = prompt.text.trim();
-                let button = egui::Button::new(prompt.purpose.button());
-                let pressed = ui.add_enabled(!path.is_empty(), button).clicked();
-                if (pressed || entered) && !path.is_empty() {
-                    actions.push(prompt.purpose.action(expand(path)));
-                    done = true;
+                let is_empty = prompt.text.trim().is_empty();
+                let text = if prompt.replaces.is_some() { "Replace" } else { prompt.purpose.button() };
+                let pressed = ui.add_enabled(!is_empty, egui::Button::new(text)).clicked();
+                if (pressed || entered) && !is_empty {
+                    match prompt.enter() {
+                        Some(action) => {
+                            actions.push(action);
+                            done = true;
+                        }
+                        // Seen in the next frame.
+                        None => ui.ctx().request_repaint(),
+                    }
                 }
                 done |= ui.button("Cancel").clicked();
             });

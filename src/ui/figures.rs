@@ -5,6 +5,7 @@ use egui::{Label, RichText, Ui};
 use super::theme::Palette;
 use super::widgets::count;
 use crate::geometry::metrics::Metrics;
+use crate::inference::Phase;
 use crate::session::Session;
 
 /// Width that a figure needs at least.
@@ -15,6 +16,8 @@ struct Figure {
     name: &'static str,
     value: String,
     meaning: String,
+    /// The value is that of the result before.
+    is_old: bool,
 }
 
 pub(super) fn show(ui: &mut Ui, session: &Session) {
@@ -30,7 +33,9 @@ pub(super) fn show(ui: &mut Ui, session: &Session) {
                 cell.spacing_mut().item_spacing.y = 0.0;
                 cell.add(Label::new(RichText::new(figure.name).small().color(weak)).truncate())
                     .on_hover_text(&figure.meaning);
-                cell.add(Label::new(&figure.value).truncate()).on_hover_text(&figure.meaning);
+                let value = RichText::new(&figure.value);
+                let value = if figure.is_old { value.color(weak) } else { value };
+                cell.add(Label::new(value).truncate()).on_hover_text(&figure.meaning);
             }
         });
     }
@@ -40,7 +45,11 @@ pub(super) fn show(ui: &mut Ui, session: &Session) {
 }
 
 fn figures(session: &Session) -> Vec<Figure> {
-    let metrics = metrics(session);
+    let present = metrics(session);
+    // While sliders are turned, results come faster than they are measured: the
+    // last figures stay, in grey, so that nothing flickers.
+    let metrics = present.or_else(|| last_of_live(session));
+    let is_old = present.is_none();
     let unknown = if session.is_measuring() { "…" } else { "–" };
     let waits = if session.is_measuring() {
         "It is being measured"
@@ -54,7 +63,12 @@ fn figures(session: &Session) -> Vec<Figure> {
             (_, Some(value)) => format!("{value:.digits$}"),
             (_, None) => "–".to_owned(),
         },
-        meaning: if metrics.is_some() { meaning } else { format!("{meaning}\n{waits}") },
+        meaning: match (metrics.is_some(), is_old) {
+            (false, _) => format!("{meaning}\n{waits}"),
+            (true, true) => format!("{meaning}\nOf the last result that was measured; this one will be"),
+            (true, false) => meaning,
+        },
+        is_old,
     };
     let unit = "Lengths are in units of the longest edge of the input's box";
     let mut overlap = "Intersection over union: the volume that primitives and input share, over the volume of \
@@ -93,17 +107,27 @@ fn figures(session: &Session) -> Vec<Figure> {
             name: "Primitives",
             value: state.map_or_else(|| "–".to_owned(), |a| count(a.primitives.len())),
             meaning: "Number of primitives in the present state".to_owned(),
+            is_old: false,
         },
         Figure {
             name: "Unassigned",
             value: share.map_or_else(|| "–".to_owned(), |share| format!("{share:.1} %")),
             meaning: "Share of the samples that belong to no primitive".to_owned(),
+            is_old: false,
         },
     ]
 }
 
 fn metrics(session: &Session) -> Option<&Metrics> {
     session.measurement().and_then(|m| m.result.as_ref().ok())
+}
+
+/// The last figures, where those of the present state are on their way.
+fn last_of_live(session: &Session) -> Option<&Metrics> {
+    let is_coming = session.live.is_on
+        && session.phase() == Some(Phase::Finished)
+        && (session.live.is_renewing() || session.is_measuring());
+    session.last_measurement().filter(|_| is_coming).and_then(|m| m.result.as_ref().ok())
 }
 
 /// Why a figure is missing, where no tooltip should have to be looked for.

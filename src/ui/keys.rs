@@ -17,6 +17,10 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
                 continue;
             };
             let Some(key) = translate(*key) else { continue };
+            if let (Key::Escape, true, Some(verb)) = (key, modifiers.is_none(), topmost(session)) {
+                actions.push(Action::Verb(verb));
+                continue;
+            }
             if focused && matches!(key, Key::Space | Key::Escape) {
                 continue;
             }
@@ -28,6 +32,18 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
             actions.extend(verb.map(|verb| Action::Verb(*verb)));
         }
     });
+}
+
+/// What closes the window that Escape closes first.
+fn topmost(session: &Session) -> Option<Verb> {
+    let view = &session.view;
+    [
+        (view.shows_about, Verb::ShowAbout),
+        (view.shows_shortcuts, Verb::ShowShortcuts),
+        (view.shows_log, Verb::ToggleLog),
+    ]
+    .into_iter()
+    .find_map(|(is_open, verb)| is_open.then_some(verb))
 }
 
 fn translate(key: egui::Key) -> Option<Key> {

@@ -27,6 +27,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             }
             ui.separator();
             menu_item(ui, session, Verb::Reset, actions);
+            menu_item(ui, session, Verb::ToggleLive, actions);
         });
         ui.menu_button("View", |ui| {
             for verb in [Verb::FrameAll, Verb::FrameSelection] {

@@ -2,6 +2,8 @@
 //! draws a session and answers with what the person asked for; it changes
 //! nothing itself.
 
+use std::time::Duration;
+
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
 use crate::session::Session;
@@ -29,12 +31,21 @@ use viewport::Viewport;
 const LEFT: f32 = 290.0;
 const RIGHT: f32 = 272.0;
 
+/// A hand that holds a slider rests when nothing was moved for so many seconds
+/// and in so many frames: where frames are slow, some of a drag see no change.
+const REST: f64 = 0.2;
+const STILL_FRAMES: u32 = 2;
+
 /// What the window remembers besides the session.
 #[derive(Debug)]
 pub struct Interface {
     viewport: Viewport,
     dialogs: Dialogs,
     overlays: Overlays,
+    /// When what a run is made from was last changed, in seconds, and the frames
+    /// without a movement since.
+    turned_at: f64,
+    still_frames: u32,
 }
 
 impl Interface {
@@ -46,6 +57,8 @@ impl Interface {
             viewport: Viewport::new(state),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
+            turned_at: 0.0,
+            still_frames: 0,
         }
     }
 
@@ -87,6 +100,32 @@ impl Interface {
         });
         self.overlays.show(&ctx, session, area.inner, &mut actions);
         self.dialogs.show(&ctx, &mut actions);
+        self.watch_hand(&ctx, session, &mut actions);
         actions
+    }
+
+    /// Tells when the hand that turns a slider comes to rest.
+    fn watch_hand(&mut self, ctx: &Context, session: &Session, actions: &mut Vec<Action>) {
+        let turns = |action: &Action| {
+            matches!(action, Action::SetParams(_) | Action::SetMethod(_) | Action::SetSampling(_))
+        };
+        let (now, let_go, moves) =
+            ctx.input(|i| (i.time, i.pointer.any_released(), i.pointer.delta() != egui::Vec2::ZERO));
+        let turned = actions.iter().any(turns);
+        if turned || moves {
+            self.turned_at = now;
+            self.still_frames = 0;
+        } else {
+            self.still_frames = self.still_frames.saturating_add(1);
+        }
+        if !turned && !session.awaits_newer_run() {
+            return;
+        }
+        let left = self.turned_at + REST - now;
+        if let_go || (left <= 0.0 && self.still_frames >= STILL_FRAMES) {
+            actions.push(Action::HandRests);
+        } else {
+            ctx.request_repaint_after(Duration::from_secs_f64(left.max(0.0)));
+        }
     }
 }

@@ -56,7 +56,16 @@ pub(super) fn show(ui: &mut Ui, session: &Session) {
 /// Steps of the whole present run, with the T that the slider has now.
 fn steps(session: &Session) -> Option<u32> {
     let start = session.snapshot.as_ref().map_or(session.params, |s| s.start);
-    if start.reads(Setting::Iterations) { Some(session.params.iterations) } else { start.steps() }
+    if !start.reads(Setting::Iterations) {
+        return start.steps();
+    }
+    match &session.snapshot {
+        // It will not go on to another T, but be replaced.
+        Some(result) if session.live.is_on && result.abstraction.phase == Phase::Finished => {
+            Some(result.abstraction.iteration)
+        }
+        _ => Some(session.params.iterations),
+    }
 }
 
 /// How much of the run is done, from 0 to 1, and in words.
@@ -209,6 +218,7 @@ pub(super) fn status(ui: &mut Ui, session: &Session) {
             Activity::Loading => (palette.accent, "Loading"),
             Activity::Running => (palette.good, "Running"),
             Activity::Merging => (palette.good, "Merging"),
+            Activity::Renewing => (palette.accent, "Renewing"),
             Activity::Writing => (palette.accent, "Writing"),
             Activity::Idle => match session.phase() {
                 None => (palette.weak, "No shape"),

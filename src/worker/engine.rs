@@ -1,7 +1,7 @@
 //! The worker's side of the channels: a loop that obeys orders and, between
 //! them, makes the steps of the work at hand.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::collections::VecDeque;
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError};
@@ -10,11 +10,16 @@ use std::time::{Duration, Instant};
 use super::Wake;
 use super::machine::Machine;
 use super::measure::Measurer;
-use super::protocol::{Activity, Command, Event, LoadedShape, Pace, SamplingOptions, Snapshot, Source};
+use super::pacer::Pacer;
+use super::protocol::{Activity, Command, Event, LoadedShape, Setup, Snapshot};
 use super::source::{self, Part};
-use crate::geometry::SampleCloud;
-use crate::inference::{Abstraction, Cancel, InferenceError, MergeReport, Occurrence, Params};
-use crate::io::Shape;
+use super::trouble::{Stop, Trouble, guarded};
+use crate::inference::{Abstraction, Cancel, Occurrence, Params};
+use renewing::Renewal;
+
+mod loading;
+mod renewing;
+mod stepping;
 
 /// A command with the flag that stops it.
 #[derive(Debug)]
@@ -31,6 +36,9 @@ enum Work {
     StepIteration,
     StepMerge,
     MergeAll,
+    Renew,
+    /// Nothing any more, but the next renewal is likely to come soon.
+    Linger,
 }
 
 /// A shape with its run.
@@ -46,37 +54,6 @@ struct Present<M> {
     unmeasured: Option<Arc<Snapshot>>,
 }
 
-/// What one step came to.
-enum Step {
-    Iterated(Vec<Occurrence>),
-    Merged(Option<MergeReport>),
-}
-
-/// Something that a person has to be told.
-struct Trouble {
-    what: String,
-    error: String,
-}
-
-/// The work was cancelled, or there is trouble.
-enum Stop {
-    Cancelled,
-    Trouble(Trouble),
-}
-
-impl Stop {
-    fn trouble(what: impl Into<String>, error: impl Into<String>) -> Self {
-        Self::Trouble(Trouble { what: what.into(), error: error.into() })
-    }
-
-    fn inference(what: &str, error: &InferenceError) -> Self {
-        match error {
-            InferenceError::Cancelled => Self::Cancelled,
-            other => Self::trouble(what, source::chain(other)),
-        }
-    }
-}
-
 pub(super) struct Engine<M> {
     orders: Receiver<Order>,
     events: SyncSender<Event>,
@@ -84,10 +61,18 @@ pub(super) struct Engine<M> {
     measurer: Measurer,
     cancel: Cancel,
     params: Params,
-    pace: Pace,
+    pacer: Pacer,
     work: Work,
-    next_step: Instant,
     present: Option<Present<M>>,
+    /// The run that is to replace the present one; there while `work` is
+    /// [`Work::Renew`].
+    renewal: Option<Renewal<M>>,
+    /// What the next renewal is made with.
+    next_setup: Option<Setup>,
+    /// Renewals have taken so long that this was told.
+    renews_slowly: bool,
+    /// Orders that wait for the renewal.
+    held: VecDeque<Order>,
     generation: u64,
     owner_is_gone: bool,
 }
@@ -101,10 +86,13 @@ impl<M: Machine> Engine<M> {
             wake,
             cancel: Cancel::default(),
             params: Params::default(),
-            pace: Pace::default(),
+            pacer: Pacer::new(Instant::now()),
             work: Work::Nothing,
-            next_step: Instant::now(),
             present: None,
+            renewal: None,
+            next_setup: None,
+            renews_slowly: false,
+            held: VecDeque::new(),
             generation: 0,
             owner_is_gone: false,
         }
@@ -114,6 +102,9 @@ impl<M: Machine> Engine<M> {
     pub(super) fn run(mut self) {
         while !self.owner_is_gone {
             match self.next_order() {
+                Some(order) if self.renewal.is_some() && order.command.waits_for_renewal() => {
+                    self.held.push_back(order);
+                }
                 Some(order) => {
                     self.cancel = order.cancel;
                     self.obey(order.command);
@@ -126,13 +117,16 @@ impl<M: Machine> Engine<M> {
 
     /// The next order; `None` if it is time for a step instead.
     fn next_order(&mut self) -> Option<Order> {
+        if let Some(order) = self.next_held_order() {
+            return Some(order);
+        }
         // A raised flag says that an order is on its way: the step would only be cancelled.
         if self.work == Work::Nothing || self.cancel.is_requested() {
             let order = self.orders.recv().ok();
             self.owner_is_gone = order.is_none();
             return order;
         }
-        let wait = self.next_step.saturating_duration_since(Instant::now());
+        let wait = self.pacer.wait(Instant::now());
         if wait.is_zero() {
             match self.orders.try_recv() {
                 Ok(order) => Some(order),
@@ -154,6 +148,24 @@ impl<M: Machine> Engine<M> {
         }
     }
 
+    /// The next order that has waited long enough and was not interrupted.
+    fn next_held_order(&mut self) -> Option<Order> {
+        if self.renewal.is_some() {
+            return None;
+        }
+        while let Some(mut order) = self.held.pop_front() {
+            if !order.cancel.is_requested() {
+                return Some(order);
+            }
+            // Interrupting ends work, but never loses a file.
+            if matches!(order.command, Command::ExportCloud(_) | Command::ExportPrimitives(_)) {
+                order.cancel = self.cancel.clone();
+                return Some(order);
+            }
+        }
+        None
+    }
+
     fn obey(&mut self, command: Command) {
         match command {
             Command::SetParams(params) => {
@@ -161,8 +173,11 @@ impl<M: Machine> Engine<M> {
                 return;
             }
             Command::SetPace(pace) => {
-                self.pace = pace;
-                self.next_step = self.next_step.min(Instant::now() + pace.interval());
+                self.pacer.set(pace, Instant::now());
+                return;
+            }
+            Command::Renew { setup, at_once } => {
+                self.renew(setup, at_once);
                 return;
             }
             Command::Load { source, sampling } => {
@@ -179,6 +194,7 @@ impl<M: Machine> Engine<M> {
             }
             Command::Reset => {
                 let _ = self.halt(Activity::Loading);
+                self.drop_renewal();
                 self.restart();
             }
             Command::Run => {
@@ -189,7 +205,10 @@ impl<M: Machine> Engine<M> {
                 let ready = !self.present.as_ref().is_some_and(is_over) || self.restart();
                 self.begin(if ready { Work::Run } else { Work::Nothing });
             }
-            Command::Pause => self.work = Work::Nothing,
+            Command::Pause => {
+                self.drop_renewal();
+                self.work = Work::Nothing;
+            }
             Command::StepIteration => self.begin(Work::StepIteration),
             Command::StepMerge => self.begin(Work::StepMerge),
             Command::MergeAll => self.begin(Work::MergeAll),
@@ -199,10 +218,11 @@ impl<M: Machine> Engine<M> {
         self.announce();
     }
 
-    fn set_params(&mut self, params: Params) {
+    /// Whether they were taken.
+    fn set_params(&mut self, params: Params) -> bool {
         if let Err(error) = params.check() {
             self.fail("The parameters were not taken", error);
-            return;
+            return false;
         }
         self.params = params;
         if let Some(present) = &mut self.present
@@ -210,7 +230,9 @@ impl<M: Machine> Engine<M> {
         {
             let error = source::chain(&error);
             self.fail("The parameters were not taken", error);
+            return false;
         }
+        true
     }
 
     fn begin(&mut self, work: Work) {
@@ -219,174 +241,13 @@ impl<M: Machine> Engine<M> {
             return;
         }
         self.work = work;
-        self.next_step = Instant::now();
+        self.pacer.make_due(Instant::now());
     }
 
     /// Lays the work down for another activity; what it was.
     fn halt(&mut self, activity: Activity) -> Work {
         self.emit(Event::Activity(activity));
         std::mem::replace(&mut self.work, Work::Nothing)
-    }
-
-    /// Whether there is a new shape; if not, all is as it was.
-    fn load(&mut self, source: &Source, sampling: SamplingOptions) -> bool {
-        let what = match source {
-            Source::File(path) => format!("{} could not be opened", path.display()),
-            Source::BuiltIn => "The built-in shape could not be opened".to_owned(),
-        };
-        let cancel = self.cancel.clone();
-        let params = self.params;
-        let outcome = guarded(|| {
-            if cancel.is_requested() {
-                return Err(Stop::Cancelled);
-            }
-            let shape = source::read(source).map_err(|error| Stop::trouble(what.as_str(), error))?;
-            sampled::<M>(&what, shape, sampling, params, &cancel)
-        });
-        self.take_in(outcome, sampling)
-    }
-
-    /// Whether there are new samples; if not, all is as it was.
-    fn resample(&mut self, sampling: SamplingOptions) -> bool {
-        let Some(present) = &self.present else {
-            self.fail("There is nothing to sample", "no shape is loaded; open one first");
-            return false;
-        };
-        let shape = Arc::clone(&present.shape.shape);
-        let cancel = self.cancel.clone();
-        let params = self.params;
-        let outcome =
-            guarded(|| sampled::<M>("The shape could not be sampled anew", shape, sampling, params, &cancel));
-        self.take_in(outcome, sampling)
-    }
-
-    /// Makes a freshly loaded shape the present one, or leaves all as it is;
-    /// which of the two.
-    fn take_in(&mut self, outcome: Result<Fresh<M>, Stop>, sampling: SamplingOptions) -> bool {
-        match outcome {
-            Ok(Fresh { shape, cloud, machine, abstraction }) => {
-                self.generation += 1;
-                let shape = Arc::new(LoadedShape { generation: self.generation, shape, cloud, sampling });
-                self.emit(Event::Loaded(Arc::clone(&shape)));
-                self.present = Some(Present {
-                    shape,
-                    run: 1,
-                    start: self.params,
-                    machine,
-                    abstraction,
-                    elapsed: Duration::ZERO,
-                    unmeasured: None,
-                });
-                self.emit_snapshot(Vec::new());
-                true
-            }
-            Err(stop) => {
-                self.report(stop);
-                false
-            }
-        }
-    }
-
-    /// Back to the start of the run; whether it worked.
-    fn restart(&mut self) -> bool {
-        let Some(present) = &self.present else {
-            self.fail("There is nothing to reset", "no shape is loaded; open one first");
-            return false;
-        };
-        let cloud = Arc::clone(&present.shape.cloud);
-        let cancel = self.cancel.clone();
-        let params = self.params;
-        let outcome = guarded(|| {
-            let machine = M::start(cloud, params, &cancel)
-                .map_err(|error| Stop::inference("The run could not be started", &error))?;
-            let abstraction = machine.abstraction();
-            Ok((machine, abstraction))
-        });
-        match (outcome, &mut self.present) {
-            (Ok((machine, abstraction)), Some(present)) => {
-                present.machine = machine;
-                present.abstraction = abstraction;
-                present.run += 1;
-                present.start = params;
-                present.elapsed = Duration::ZERO;
-                present.unmeasured = None;
-                self.emit_snapshot(Vec::new());
-                true
-            }
-            (Ok(_), None) => false,
-            (Err(stop), _) => {
-                self.report(stop);
-                false
-            }
-        }
-    }
-
-    /// Makes one step of the work at hand. The step is made on a copy: what is
-    /// cancelled or panics in the middle leaves the state as it was.
-    fn advance(&mut self) {
-        let Some(present) = &self.present else {
-            self.work = Work::Nothing;
-            return;
-        };
-        let begun = Instant::now();
-        let work = self.work;
-        let cancel = self.cancel.clone();
-        if matches!(work, Work::Run | Work::StepIteration) && present.machine.is_finished() {
-            self.work = Work::Nothing;
-            self.announce();
-            return;
-        }
-        let outcome = guarded(|| {
-            let mut machine = present.machine.clone();
-            let step = match work {
-                Work::StepMerge | Work::MergeAll => machine.step_merge(&cancel).map(Step::Merged),
-                Work::Run | Work::StepIteration | Work::Nothing => machine.step(&cancel).map(Step::Iterated),
-            }
-            .map_err(|error| Stop::inference("The step could not be made", &error))?;
-            let abstraction = machine.abstraction();
-            Ok((machine, abstraction, step))
-        });
-        match outcome {
-            Ok((machine, abstraction, step)) => {
-                if let Some(present) = &mut self.present {
-                    present.machine = machine;
-                    present.abstraction = abstraction;
-                    present.elapsed += begun.elapsed();
-                }
-                self.next_step = begun + self.pace.interval();
-                self.conclude(step);
-            }
-            // The order that cancelled the step decides how it goes on.
-            Err(Stop::Cancelled) => {}
-            Err(stop) => {
-                self.work = Work::Nothing;
-                self.report(stop);
-                self.announce();
-            }
-        }
-    }
-
-    /// Tells of a step that was made, and whether it was the last.
-    fn conclude(&mut self, step: Step) {
-        let mut done = matches!(self.work, Work::StepIteration | Work::StepMerge);
-        match step {
-            Step::Iterated(occurrences) => {
-                done |= self.present.as_ref().is_none_or(|p| p.machine.is_finished());
-                self.emit_step(occurrences);
-            }
-            Step::Merged(Some(report)) => {
-                self.emit_step(vec![Occurrence::Merged(report.clone())]);
-                self.emit(Event::MergeStep(Some(report)));
-            }
-            Step::Merged(None) => {
-                done = true;
-                self.emit(Event::MergeStep(None));
-            }
-        }
-        if done {
-            self.work = Work::Nothing;
-            self.announce();
-        }
     }
 
     fn export(&mut self, path: &Path, part: Part) {
@@ -438,6 +299,8 @@ impl<M: Machine> Engine<M> {
             Work::Nothing => Activity::Idle,
             Work::Run | Work::StepIteration => Activity::Running,
             Work::StepMerge | Work::MergeAll => Activity::Merging,
+            Work::Renew | Work::Linger if self.renews_slowly => Activity::Running,
+            Work::Renew | Work::Linger => Activity::Renewing,
         }));
     }
 
@@ -469,41 +332,4 @@ impl<M: Machine> Engine<M> {
         self.owner_is_gone |= self.events.send(event).is_err();
         (self.wake)();
     }
-}
-
-/// What loading comes to.
-struct Fresh<M> {
-    shape: Arc<Shape>,
-    cloud: Arc<SampleCloud>,
-    machine: M,
-    abstraction: Abstraction,
-}
-
-fn sampled<M: Machine>(
-    what: &str,
-    shape: Arc<Shape>,
-    sampling: SamplingOptions,
-    params: Params,
-    cancel: &Cancel,
-) -> Result<Fresh<M>, Stop> {
-    let cloud = source::sample(&shape, sampling).map_err(|error| Stop::trouble(what, error))?;
-    let machine =
-        M::start(Arc::clone(&cloud), params, cancel).map_err(|error| Stop::inference(what, &error))?;
-    let abstraction = machine.abstraction();
-    Ok(Fresh { shape, cloud, machine, abstraction })
-}
-
-/// Runs `work`, and turns a panic into trouble that can be reported.
-fn guarded<T>(work: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
-    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| {
-        let message = payload
-            .downcast_ref::<&str>()
-            .map(|text| (*text).to_owned())
-            .or_else(|| payload.downcast_ref::<String>().cloned())
-            .unwrap_or_else(|| "it gave no message".to_owned());
-        Err(Stop::trouble(
-            "The program made a mistake and went back to the last good state",
-            format!("{message}. Please report this, with the shape and the parameters"),
-        ))
-    })
 }

@@ -16,15 +16,18 @@ use crate::inference::{Cancel, Run};
 mod engine;
 mod machine;
 mod measure;
+mod pacer;
 pub mod protocol;
 mod source;
 #[cfg(test)]
 mod tests;
+mod trouble;
 
 use engine::{Engine, Order};
 use machine::Machine;
 pub use protocol::{
-    Activity, Command, Event, LoadedShape, Measurement, Pace, SamplingOptions, Snapshot, Source,
+    Activity, Command, Event, LoadedShape, Measurement, Pace, Renewed, SamplingOptions, Setup, Snapshot,
+    Source,
 };
 
 /// Commands that may wait for a busy worker before they wait at the sender.
@@ -64,9 +67,15 @@ impl Worker {
     fn spawn_machine<M: Machine>(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let (orders, incoming) = mpsc::sync_channel(COMMAND_CAPACITY);
         let (outgoing, events) = mpsc::sync_channel(EVENT_CAPACITY);
-        let thread = std::thread::Builder::new()
-            .name("sampler".to_owned())
-            .spawn(move || Engine::<M>::new(incoming, outgoing, Arc::new(wake)).run())?;
+        let thread =
+            std::thread::Builder::new().name("sampler".to_owned()).spawn(move || match threads() {
+                // The loop is one of the pool's threads: while it computes, all cores do.
+                Ok(pool) => pool.install(|| Engine::<M>::new(incoming, outgoing, Arc::new(wake)).run()),
+                Err(error) => {
+                    tracing::warn!("the sampler has no threads of its own: {error}");
+                    Engine::<M>::new(incoming, outgoing, Arc::new(wake)).run();
+                }
+            })?;
         Ok(Self {
             orders: Some(orders),
             events: Some(events),
@@ -76,17 +85,17 @@ impl Worker {
         })
     }
 
-    /// Hands a command over, in order; never blocks. `Load`, `Resample`,
-    /// `Reset` and `Pause` interrupt what is going on, and what was sent but
-    /// not begun, on their way in.
+    /// Hands a command over, in order; never blocks. Some interrupt what is
+    /// going on, and what was sent but not begun, on their way in:
+    /// [`Command::interrupts`].
     pub fn send(&mut self, command: Command) {
         if command.interrupts() {
             self.cancel.request();
             self.cancel = Cancel::default();
         }
         // A slider that is dragged while the worker is busy leaves one command, not hundreds.
-        if let (Command::SetParams(_), Some(Order { command: Command::SetParams(_), .. })) =
-            (&command, self.backlog.back())
+        if let Some(Order { command: waiting, .. }) = self.backlog.back()
+            && command.replaces(waiting)
         {
             self.backlog.pop_back();
         }
@@ -125,6 +134,12 @@ impl Worker {
             }
         }
     }
+}
+
+/// The threads that a run computes with. They are the worker's own, so that
+/// whatever else computes in parallel never waits behind a step.
+fn threads() -> Result<rayon::ThreadPool, rayon::ThreadPoolBuildError> {
+    rayon::ThreadPoolBuilder::new().thread_name(|i| format!("sampler {i}")).build()
 }
 
 impl Drop for Worker {

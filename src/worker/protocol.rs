@@ -32,6 +32,15 @@ pub enum Command {
     Resample(SamplingOptions),
     /// Use these parameters from the next step on.
     SetParams(Params),
+    /// Make the whole run anew with this setup, as fast as it goes and out of
+    /// sight: the present state stays until [`Event::Renewed`] replaces it by
+    /// the finished one. Of the renewals that wait only the latest is made. The
+    /// one under way comes first, unless this one is to be made `at_once`: then
+    /// it is cancelled. Commands that need a state at rest wait for the renewal.
+    Renew {
+        setup: Setup,
+        at_once: bool,
+    },
     /// Iterate until the run is finished (or paused). A finished run, and one of
     /// another algorithm than the parameters ask for, starts anew.
     Run,
@@ -56,8 +65,64 @@ impl Command {
     /// Whether the command stops what is going on, and what was sent before it
     /// and has not begun.
     pub fn interrupts(&self) -> bool {
-        matches!(self, Self::Load { .. } | Self::Resample(_) | Self::Reset | Self::Pause)
+        matches!(
+            self,
+            Self::Load { .. }
+                | Self::Resample(_)
+                | Self::Reset
+                | Self::Pause
+                | Self::Renew { at_once: true, .. }
+        )
     }
+}
+
+impl Command {
+    /// Whether nothing is lost if `earlier`, sent just before, is never obeyed.
+    pub(super) fn replaces(&self, earlier: &Self) -> bool {
+        match self {
+            Self::SetParams(_) => matches!(earlier, Self::SetParams(_)),
+            Self::Renew { .. } => matches!(earlier, Self::SetParams(_) | Self::Renew { .. }),
+            _ => false,
+        }
+    }
+
+    /// Whether the command is about a state at rest, and waits for the renewal
+    /// that is under way.
+    pub(super) fn waits_for_renewal(&self) -> bool {
+        match self {
+            Self::Run
+            | Self::StepIteration
+            | Self::StepMerge
+            | Self::MergeAll
+            | Self::ExportCloud(_)
+            | Self::ExportPrimitives(_) => true,
+            Self::Load { .. }
+            | Self::Resample(_)
+            | Self::SetParams(_)
+            | Self::Renew { .. }
+            | Self::Pause
+            | Self::Reset
+            | Self::SetPace(_) => false,
+        }
+    }
+}
+
+/// All that a run is made from, but for the shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Setup {
+    pub params: Params,
+    pub sampling: SamplingOptions,
+}
+
+/// A finished run that takes the place of the present one.
+#[derive(Debug)]
+pub struct Renewed {
+    pub setup: Setup,
+    /// What the states belong to; the same as before where it was not sampled
+    /// anew.
+    pub loaded: Arc<LoadedShape>,
+    /// The state after every step, the start first; never empty.
+    pub states: Vec<Arc<Snapshot>>,
 }
 
 /// How fast a run goes from step to step.
@@ -127,6 +192,9 @@ pub enum Activity {
     Loading,
     Running,
     Merging,
+    /// Making the run anew while the last result stands; told as `Running`
+    /// where it takes so long that a person may want to stop it.
+    Renewing,
     Writing,
 }
 
@@ -136,6 +204,10 @@ pub enum Event {
     Loaded(Arc<LoadedShape>),
     Snapshot(Arc<Snapshot>),
     Activity(Activity),
+    /// A renewal has begun.
+    Renewing(Setup),
+    /// A renewal was finished and is now the present run.
+    Renewed(Arc<Renewed>),
     /// A step of `StepMerge` or `MergeAll`, told after its snapshot: the
     /// accepted pair, or `None` if no pair is left (`MergeAll` ends with it).
     MergeStep(Option<MergeReport>),

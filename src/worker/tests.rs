@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 use super::machine::Machine;
@@ -12,16 +12,24 @@ use crate::inference::{
     Abstraction, Cancel, Figures, InferenceError, MergeReport, Occurrence, Params, Phase, UNASSIGNED,
 };
 
+mod renewing;
+
 /// Longer than anything here takes; reached only by a failing test.
 const PATIENCE: Duration = Duration::from_secs(20);
 /// The seed tells the scripted machine how to behave.
 const WELL_BEHAVED: u64 = 1;
 const PANICS_AT_THIRD: u64 = 2;
 const STALLS_AT_THIRD: u64 = 10;
+/// As those that stall, until the gate is opened.
+const WAITS_AT_THIRD: u64 = 20;
 const MERGES_LEFT: u32 = 3;
 
-/// Whether a machine of this seed is inside a step that only cancelling ends.
-static STALLED: [AtomicBool; 20] = [const { AtomicBool::new(false) }; 20];
+/// Whether a machine of this seed is inside a step that only cancelling, or the
+/// gate, ends.
+static STALLED: [AtomicBool; 30] = [const { AtomicBool::new(false) }; 30];
+static GATES: [AtomicBool; 30] = [const { AtomicBool::new(false) }; 30];
+/// Steps that machines of this seed have begun.
+static STEPS: [AtomicUsize; 30] = [const { AtomicUsize::new(0) }; 30];
 
 /// Counts instead of sampling.
 #[derive(Debug, Clone)]
@@ -49,15 +57,19 @@ impl Machine for Scripted {
     fn step(&mut self, cancel: &Cancel) -> Result<Vec<Occurrence>, InferenceError> {
         self.iteration += 1;
         let seed = self.params.seed;
+        STEPS[seed as usize].fetch_add(1, Ordering::SeqCst);
         if seed == PANICS_AT_THIRD && self.iteration == 3 {
             panic!("the third step always panics");
         }
         if seed >= STALLS_AT_THIRD && self.iteration == 3 {
             STALLED[seed as usize].store(true, Ordering::SeqCst);
-            while !cancel.is_requested() {
+            let is_open = || seed >= WAITS_AT_THIRD && GATES[seed as usize].load(Ordering::SeqCst);
+            while !cancel.is_requested() && !is_open() {
                 std::thread::yield_now();
             }
-            return Err(InferenceError::Cancelled);
+            if cancel.is_requested() {
+                return Err(InferenceError::Cancelled);
+            }
         }
         Ok(vec![Occurrence::Died { id: self.iteration }])
     }
@@ -313,7 +325,7 @@ fn dropping_stops_a_step_and_joins_the_thread() {
 
 #[test]
 fn the_owner_is_woken_for_each_event() {
-    let woken = Arc::new(std::sync::atomic::AtomicUsize::new(0));
+    let woken = Arc::new(AtomicUsize::new(0));
     let counter = Arc::clone(&woken);
     let mut worker = Worker::spawn_machine::<Scripted>(move || {
         counter.fetch_add(1, Ordering::SeqCst);

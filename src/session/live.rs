@@ -1,0 +1,188 @@
+//! Live: every change of what a run is made from makes it anew, and the last
+//! result stays until the next is there.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use super::{Effect, Session};
+use crate::inference::{Abstraction, Params, Setting, UNASSIGNED};
+use crate::worker::{Activity, Command, Renewed, SamplingOptions, Setup};
+
+/// What the session knows of renewals.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Live {
+    pub is_on: bool,
+    /// What the run is being made anew with.
+    under_way: Option<Setup>,
+    /// A change came while the worker could not take it.
+    is_due: bool,
+}
+
+impl Default for Live {
+    fn default() -> Self {
+        Self { is_on: true, under_way: None, is_due: false }
+    }
+}
+
+impl Live {
+    /// Whether the run is being made anew.
+    pub fn is_renewing(&self) -> bool {
+        self.under_way.is_some()
+    }
+
+    /// A renewal was begun.
+    pub(super) fn begin(&mut self, setup: Setup) {
+        self.under_way = Some(setup);
+    }
+
+    /// Nothing is under way any more.
+    pub(super) fn finish(&mut self) {
+        self.under_way = None;
+    }
+
+    /// Other work was asked for, which takes the place of any renewal.
+    pub(super) fn forget(&mut self) {
+        self.under_way = None;
+        self.is_due = false;
+    }
+}
+
+impl Session {
+    /// As parameters and sampling stand.
+    fn setup(&self) -> Setup {
+        Setup { params: self.params, sampling: self.sampling }
+    }
+
+    /// Whether the run that is being made anew is not yet the one that was
+    /// asked for last.
+    pub fn awaits_newer_run(&self) -> bool {
+        self.live.under_way.is_some_and(|setup| !makes_same_run(&setup, &self.setup()))
+    }
+
+    /// Takes another setup. Where Live is on and it makes another run, that is
+    /// made; else the parameters wait for the next step or start.
+    pub(super) fn take_setup(&mut self, params: Params, sampling: SamplingOptions) -> Vec<Effect> {
+        let before = self.setup();
+        self.params = params;
+        self.sampling = sampling;
+        if params != before.params {
+            // Another merge rule may accept what the last one refused.
+            self.merges_are_exhausted = false;
+        }
+        let renewal =
+            if self.live.is_on && !makes_same_run(&before, &self.setup()) { self.renew(false) } else { None };
+        match renewal {
+            Some(renewal) => vec![renewal],
+            None if params == before.params => Vec::new(),
+            None => vec![Effect::Send(Command::SetParams(params))],
+        }
+    }
+
+    /// The hand that turned something rests: a run for what it has left behind
+    /// need not be waited for.
+    pub(super) fn hand_rests(&mut self) -> Option<Effect> {
+        self.awaits_newer_run().then(|| self.renew(true)).flatten()
+    }
+
+    /// Switches Live; what was changed while it was off is made up for.
+    pub(super) fn set_live(&mut self, on: bool) -> Option<Effect> {
+        self.live.is_on = on;
+        if !on {
+            return None;
+        }
+        let (snapshot, loaded) = (self.snapshot.as_ref()?, self.loaded.as_ref()?);
+        let now = self.setup();
+        let same = |params| makes_same_run(&Setup { params, sampling: loaded.sampling }, &now);
+        // A run whose parameters were changed on its way is of neither kind.
+        (!(same(snapshot.start) && same(snapshot.params))).then(|| self.renew(false)).flatten()
+    }
+
+    /// What a change asked for that the worker could not take when it came.
+    pub(super) fn renew_if_due(&mut self) -> Option<Effect> {
+        std::mem::take(&mut self.live.is_due).then(|| self.renew(false)).flatten()
+    }
+
+    fn renew(&mut self, hand_rests: bool) -> Option<Effect> {
+        if self.loaded.is_none() || matches!(self.activity, Activity::Loading | Activity::Writing) {
+            self.live.is_due = true;
+            return None;
+        }
+        let setup = self.setup();
+        // A run that is watched is no result that would be worth waiting for.
+        let is_watched = self.live.under_way.is_none() && self.is_running();
+        if self.live.under_way.is_none() || hand_rests {
+            self.live.under_way = Some(setup);
+        }
+        if !self.is_running() || is_watched {
+            self.activity = Activity::Renewing;
+        }
+        Some(Effect::Send(Command::Renew { setup, at_once: hand_rests || is_watched }))
+    }
+
+    /// Shows the finished run; camera and view stay, and what is selected or
+    /// hidden as far as it can be recognised.
+    pub(super) fn absorb_renewed(&mut self, renewed: &Renewed) {
+        let Some(last) = renewed.states.last() else { return };
+        let is_same_cloud = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(l, &renewed.loaded));
+        // Other samples of the same shape leave the scene where it is.
+        self.loaded = Some(Arc::clone(&renewed.loaded));
+        if let (true, Some(before)) = (is_same_cloud, &self.snapshot) {
+            let heirs = heirs(&before.abstraction, &last.abstraction);
+            let origins = self::heirs(&last.abstraction, &before.abstraction);
+            self.selection = self.selection.iter().filter_map(|id| heirs.get(id).copied()).collect();
+            // What was swallowed by a larger one doesn't hide that.
+            let same = |id: &u32| heirs.get(id).copied().filter(|heir| origins.get(heir) == Some(id));
+            self.hidden = self.hidden.iter().filter_map(same).collect();
+        }
+        for state in &renewed.states {
+            self.history.push(state);
+        }
+        self.show_state(Arc::clone(last));
+    }
+}
+
+/// Whether the two lead to the same run: what the method doesn't read doesn't
+/// matter.
+fn makes_same_run(a: &Setup, b: &Setup) -> bool {
+    a.sampling == b.sampling && as_read(&a.params) == as_read(&b.params)
+}
+
+/// The parameters with what isn't read at its default.
+fn as_read(p: &Params) -> Params {
+    let unread = Params::default();
+    let reads = |setting| p.reads(setting);
+    Params {
+        algorithm: p.algorithm,
+        alpha: if reads(Setting::Alpha) { p.alpha } else { unread.alpha },
+        p0: if reads(Setting::P0) { p.p0 } else { unread.p0 },
+        iterations: if reads(Setting::Iterations) { p.iterations } else { unread.iterations },
+        clusters: if reads(Setting::Clusters) { p.clusters } else { unread.clusters },
+        seed: if reads(Setting::Seed) { p.seed } else { unread.seed },
+        merge: if reads(Setting::Merge) { p.merge } else { unread.merge },
+        primitive_cost: if reads(Setting::PrimitiveCost) { p.primitive_cost } else { unread.primitive_cost },
+        fit_distance: if reads(Setting::FitDistance) { p.fit_distance } else { unread.fit_distance },
+        freeze: if reads(Setting::Freeze) { p.freeze } else { unread.freeze },
+        refine: if reads(Setting::Refine) { p.refine } else { unread.refine },
+        outlier_prior: if reads(Setting::OutlierPrior) { p.outlier_prior } else { unread.outlier_prior },
+    }
+}
+
+/// For each primitive of `before` the one of `after` that holds most of its
+/// points: ids mean nothing from run to run. Those whose points went astray
+/// have none.
+fn heirs(before: &Abstraction, after: &Abstraction) -> BTreeMap<u32, u32> {
+    let mut shared: BTreeMap<(u32, u32), usize> = BTreeMap::new();
+    for (&old, &new) in before.labels.iter().zip(after.labels.iter()) {
+        if old != UNASSIGNED && new != UNASSIGNED {
+            *shared.entry((old, new)).or_default() += 1;
+        }
+    }
+    let mut best: BTreeMap<u32, (usize, u32)> = BTreeMap::new();
+    for ((old, new), points) in shared {
+        let found = best.entry(old).or_insert((0, new));
+        if points > found.0 {
+            *found = (points, new);
+        }
+    }
+    best.into_iter().map(|(old, (_, new))| (old, new)).collect()
+}

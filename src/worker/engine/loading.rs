@@ -1,0 +1,97 @@
+//! New shapes and new samples.
+
+use std::sync::Arc;
+use std::time::Duration;
+
+use super::super::machine::Machine;
+use super::super::protocol::{Event, LoadedShape, SamplingOptions, Source};
+use super::super::source;
+use super::super::trouble::{Stop, guarded};
+use super::{Engine, Present};
+use crate::geometry::SampleCloud;
+use crate::inference::{Abstraction, Cancel, Params};
+use crate::io::Shape;
+
+impl<M: Machine> Engine<M> {
+    /// Whether there is a new shape; if not, all is as it was.
+    pub(super) fn load(&mut self, source: &Source, sampling: SamplingOptions) -> bool {
+        let what = match source {
+            Source::File(path) => format!("{} could not be opened", path.display()),
+            Source::BuiltIn => "The built-in shape could not be opened".to_owned(),
+        };
+        let cancel = self.cancel.clone();
+        let params = self.params;
+        let outcome = guarded(|| {
+            if cancel.is_requested() {
+                return Err(Stop::Cancelled);
+            }
+            let shape = source::read(source).map_err(|error| Stop::trouble(what.as_str(), error))?;
+            sampled::<M>(&what, shape, sampling, params, &cancel)
+        });
+        self.take_in(outcome, sampling)
+    }
+
+    /// Whether there are new samples; if not, all is as it was.
+    pub(super) fn resample(&mut self, sampling: SamplingOptions) -> bool {
+        let Some(present) = &self.present else {
+            self.fail("There is nothing to sample", "no shape is loaded; open one first");
+            return false;
+        };
+        let shape = Arc::clone(&present.shape.shape);
+        let cancel = self.cancel.clone();
+        let params = self.params;
+        let outcome =
+            guarded(|| sampled::<M>("The shape could not be sampled anew", shape, sampling, params, &cancel));
+        self.take_in(outcome, sampling)
+    }
+
+    /// Makes a freshly loaded shape the present one, or leaves all as it is;
+    /// which of the two.
+    fn take_in(&mut self, outcome: Result<Fresh<M>, Stop>, sampling: SamplingOptions) -> bool {
+        match outcome {
+            Ok(Fresh { shape, cloud, machine, abstraction }) => {
+                self.drop_renewal();
+                self.generation += 1;
+                let shape = Arc::new(LoadedShape { generation: self.generation, shape, cloud, sampling });
+                self.emit(Event::Loaded(Arc::clone(&shape)));
+                self.present = Some(Present {
+                    shape,
+                    run: 1,
+                    start: self.params,
+                    machine,
+                    abstraction,
+                    elapsed: Duration::ZERO,
+                    unmeasured: None,
+                });
+                self.emit_snapshot(Vec::new());
+                true
+            }
+            Err(stop) => {
+                self.report(stop);
+                false
+            }
+        }
+    }
+}
+
+/// What loading comes to.
+struct Fresh<M> {
+    shape: Arc<Shape>,
+    cloud: Arc<SampleCloud>,
+    machine: M,
+    abstraction: Abstraction,
+}
+
+fn sampled<M: Machine>(
+    what: &str,
+    shape: Arc<Shape>,
+    sampling: SamplingOptions,
+    params: Params,
+    cancel: &Cancel,
+) -> Result<Fresh<M>, Stop> {
+    let cloud = source::sample(&shape, sampling).map_err(|error| Stop::trouble(what, error))?;
+    let machine =
+        M::start(Arc::clone(&cloud), params, cancel).map_err(|error| Stop::inference(what, &error))?;
+    let abstraction = machine.abstraction();
+    Ok(Fresh { shape, cloud, machine, abstraction })
+}

@@ -1,0 +1,206 @@
+//! Making the whole run anew, out of sight, while its parameters are turned.
+//!
+//! While a slider is dragged, setups come faster than runs end. If each
+//! cancelled the run of the one before, none would ever end and the picture
+//! would stand still until the hand does. So the run under way is let finish
+//! and shown, although the hand has moved on; the next is made with the newest
+//! setup, and those between are never begun. That gives as many results as the
+//! machine can make, each at most two runs old. Only when the hand rests, which
+//! the owner tells by a renewal `at_once`, is a run for an older setup cancelled:
+//! then nothing stands between the person and what was asked for last.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::super::machine::Machine;
+use super::super::protocol::{Event, LoadedShape, Renewed, SamplingOptions, Setup, Snapshot};
+use super::super::source;
+use super::super::trouble::{Stop, guarded};
+use super::{Engine, Present, Work};
+use crate::inference::{Cancel, Occurrence};
+
+/// How long another setup is waited for before the worker is said to be idle
+/// and the result measured: longer than from one to the next of a drag.
+const LINGER: Duration = Duration::from_millis(200);
+/// A run that takes longer is told as running, so that it can be paused.
+const SLOW: Duration = Duration::from_millis(600);
+
+/// A run in the making.
+pub(super) struct Renewal<M> {
+    setup: Setup,
+    /// Nothing else is expected soon.
+    is_last: bool,
+    begun: Instant,
+    /// The number of the run.
+    run: u64,
+    shape: Arc<LoadedShape>,
+    machine: Option<M>,
+    /// Time spent in steps.
+    elapsed: Duration,
+    states: Vec<Arc<Snapshot>>,
+}
+
+impl<M: Machine> Renewal<M> {
+    fn new(setup: Setup, is_last: bool, present: &Present<M>) -> Self {
+        Self {
+            setup,
+            is_last,
+            begun: Instant::now(),
+            run: present.run + 1,
+            shape: Arc::clone(&present.shape),
+            machine: None,
+            elapsed: Duration::ZERO,
+            states: Vec::new(),
+        }
+    }
+
+    /// Samples, starts or makes one step; whether that was the last.
+    fn advance(&mut self, cancel: &Cancel) -> Result<bool, Stop> {
+        const WHAT: &str = "The run could not be made anew";
+        let Setup { params, sampling } = self.setup;
+        if cancel.is_requested() {
+            return Err(Stop::Cancelled);
+        }
+        let begun = Instant::now();
+        if let Some(machine) = &mut self.machine {
+            let occurrences = machine.step(cancel).map_err(|error| Stop::inference(WHAT, &error))?;
+            self.keep(occurrences, begun);
+        } else if self.shape.sampling != sampling {
+            self.shape = resampled(&self.shape, sampling).map_err(|error| Stop::trouble(WHAT, error))?;
+            self.run = 1;
+        } else {
+            let cloud = Arc::clone(&self.shape.cloud);
+            let machine = M::start(cloud, params, cancel).map_err(|error| Stop::inference(WHAT, &error))?;
+            self.machine = Some(machine);
+            // As in any run, what comes before the first step is not counted.
+            self.keep(Vec::new(), Instant::now());
+        }
+        Ok(self.machine.as_ref().is_some_and(M::is_finished))
+    }
+
+    /// Keeps the present state, which a step led to that began at `begun`.
+    fn keep(&mut self, occurrences: Vec<Occurrence>, begun: Instant) {
+        let Some(machine) = &self.machine else { return };
+        let abstraction = machine.abstraction();
+        self.elapsed += begun.elapsed();
+        self.states.push(Arc::new(Snapshot {
+            generation: self.shape.generation,
+            run: self.run,
+            abstraction,
+            params: machine.params(),
+            start: self.setup.params,
+            occurrences,
+            elapsed: self.elapsed,
+        }));
+    }
+
+    /// What it has come to; `None` before its end.
+    fn finish(self) -> Option<Finished<M>> {
+        let (machine, last) = (self.machine?, self.states.last().cloned()?);
+        let present = Present {
+            shape: Arc::clone(&self.shape),
+            run: self.run,
+            start: self.setup.params,
+            machine,
+            abstraction: last.abstraction.clone(),
+            elapsed: self.elapsed,
+            unmeasured: Some(last),
+        };
+        let renewed = Renewed { setup: self.setup, loaded: self.shape, states: self.states };
+        Some(Finished { present, renewed })
+    }
+}
+
+/// What a renewal comes to.
+struct Finished<M> {
+    present: Present<M>,
+    renewed: Renewed,
+}
+
+impl<M: Machine> Engine<M> {
+    /// Takes the setup for the renewal to come.
+    pub(super) fn renew(&mut self, setup: Setup, at_once: bool) {
+        // Where the flag is raised, the order that raised it decides how it goes on.
+        if !self.set_params(setup.params) || self.cancel.is_requested() || self.present.is_none() {
+            return;
+        }
+        match &self.renewal {
+            Some(under_way) if !at_once => {
+                // The hand may have come back to where it was.
+                self.next_setup = (under_way.setup != setup).then_some(setup);
+            }
+            _ => self.begin_renewal(setup, at_once),
+        }
+    }
+
+    fn begin_renewal(&mut self, setup: Setup, is_last: bool) {
+        let Some(present) = &self.present else { return };
+        if !matches!(self.work, Work::Renew | Work::Linger) {
+            self.renews_slowly = false;
+        }
+        self.renewal = Some(Renewal::new(setup, is_last, present));
+        self.next_setup = None;
+        self.emit(Event::Renewing(setup));
+        if self.work != Work::Renew {
+            self.begin(Work::Renew);
+            self.announce();
+        }
+    }
+
+    pub(super) fn drop_renewal(&mut self) {
+        self.renewal = None;
+        self.next_setup = None;
+    }
+
+    pub(super) fn advance_renewal(&mut self) {
+        let cancel = self.cancel.clone();
+        let Some(renewal) = &mut self.renewal else {
+            self.work = Work::Nothing;
+            self.announce();
+            return;
+        };
+        match guarded(|| renewal.advance(&cancel)) {
+            Ok(false) => {
+                if !self.renews_slowly && renewal.begun.elapsed() > SLOW {
+                    self.renews_slowly = true;
+                    self.announce();
+                }
+            }
+            Ok(true) => self.take_renewed(),
+            // The order that cancelled the step decides how it goes on.
+            Err(Stop::Cancelled) => {}
+            Err(stop) => {
+                self.drop_renewal();
+                self.work = Work::Nothing;
+                self.report(stop);
+                self.announce();
+            }
+        }
+    }
+
+    /// Makes the finished renewal the present run, and goes on to the next.
+    fn take_renewed(&mut self) {
+        let Some(renewal) = self.renewal.take() else { return };
+        let is_last = renewal.is_last;
+        self.renews_slowly &= renewal.begun.elapsed() > SLOW;
+        let Some(Finished { present, renewed }) = renewal.finish() else { return };
+        self.generation = present.shape.generation;
+        self.present = Some(present);
+        self.emit(Event::Renewed(Arc::new(renewed)));
+        if let Some(setup) = self.next_setup.take() {
+            self.begin_renewal(setup, false);
+        } else if is_last || !self.held.is_empty() {
+            self.work = Work::Nothing;
+            self.announce();
+        } else {
+            self.work = Work::Linger;
+            self.pacer.make_due(Instant::now() + LINGER);
+        }
+    }
+}
+
+fn resampled(old: &LoadedShape, sampling: SamplingOptions) -> Result<Arc<LoadedShape>, String> {
+    let cloud = source::sample(&old.shape, sampling)?;
+    let shape = Arc::clone(&old.shape);
+    Ok(Arc::new(LoadedShape { generation: old.generation + 1, shape, cloud, sampling }))
+}

@@ -1,0 +1,133 @@
+//! The run step by step, in sight: iterations and merges at a pace.
+
+use std::sync::Arc;
+use std::time::{Duration, Instant};
+
+use super::super::machine::Machine;
+use super::super::protocol::Event;
+use super::super::trouble::{Stop, guarded};
+use super::{Engine, Work};
+use crate::inference::{MergeReport, Occurrence};
+
+/// What one step came to.
+enum Step {
+    Iterated(Vec<Occurrence>),
+    Merged(Option<MergeReport>),
+}
+
+impl<M: Machine> Engine<M> {
+    /// Back to the start of the run; whether it worked.
+    pub(super) fn restart(&mut self) -> bool {
+        let Some(present) = &self.present else {
+            self.fail("There is nothing to reset", "no shape is loaded; open one first");
+            return false;
+        };
+        let cloud = Arc::clone(&present.shape.cloud);
+        let cancel = self.cancel.clone();
+        let params = self.params;
+        let outcome = guarded(|| {
+            let machine = M::start(cloud, params, &cancel)
+                .map_err(|error| Stop::inference("The run could not be started", &error))?;
+            let abstraction = machine.abstraction();
+            Ok((machine, abstraction))
+        });
+        match (outcome, &mut self.present) {
+            (Ok((machine, abstraction)), Some(present)) => {
+                present.machine = machine;
+                present.abstraction = abstraction;
+                present.run += 1;
+                present.start = params;
+                present.elapsed = Duration::ZERO;
+                present.unmeasured = None;
+                self.emit_snapshot(Vec::new());
+                true
+            }
+            (Ok(_), None) => false,
+            (Err(stop), _) => {
+                self.report(stop);
+                false
+            }
+        }
+    }
+
+    /// Goes on with the work at hand by one step.
+    pub(super) fn advance(&mut self) {
+        match self.work {
+            Work::Nothing => {}
+            Work::Renew => self.advance_renewal(),
+            Work::Linger => {
+                self.work = Work::Nothing;
+                self.announce();
+            }
+            Work::Run | Work::StepIteration | Work::StepMerge | Work::MergeAll => self.step(),
+        }
+    }
+
+    /// Makes one step of the run or its merging. The step is made on a copy: what is
+    /// cancelled or panics in the middle leaves the state as it was.
+    fn step(&mut self) {
+        let Some(present) = &self.present else {
+            self.work = Work::Nothing;
+            return;
+        };
+        let begun = Instant::now();
+        let work = self.work;
+        let cancel = self.cancel.clone();
+        if matches!(work, Work::Run | Work::StepIteration) && present.machine.is_finished() {
+            self.work = Work::Nothing;
+            self.announce();
+            return;
+        }
+        let outcome = guarded(|| {
+            let mut machine = present.machine.clone();
+            let step = match work {
+                Work::StepMerge | Work::MergeAll => machine.step_merge(&cancel).map(Step::Merged),
+                _ => machine.step(&cancel).map(Step::Iterated),
+            }
+            .map_err(|error| Stop::inference("The step could not be made", &error))?;
+            let abstraction = machine.abstraction();
+            Ok((machine, abstraction, step))
+        });
+        match outcome {
+            Ok((machine, abstraction, step)) => {
+                if let Some(present) = &mut self.present {
+                    present.machine = machine;
+                    present.abstraction = abstraction;
+                    present.elapsed += begun.elapsed();
+                }
+                self.pacer.stepped(begun);
+                self.conclude(step);
+            }
+            // The order that cancelled the step decides how it goes on.
+            Err(Stop::Cancelled) => {}
+            Err(stop) => {
+                self.work = Work::Nothing;
+                self.report(stop);
+                self.announce();
+            }
+        }
+    }
+
+    /// Tells of a step that was made, and whether it was the last.
+    fn conclude(&mut self, step: Step) {
+        let mut done = matches!(self.work, Work::StepIteration | Work::StepMerge);
+        match step {
+            Step::Iterated(occurrences) => {
+                done |= self.present.as_ref().is_none_or(|p| p.machine.is_finished());
+                self.emit_step(occurrences);
+            }
+            Step::Merged(Some(report)) => {
+                self.emit_step(vec![Occurrence::Merged(report.clone())]);
+                self.emit(Event::MergeStep(Some(report)));
+            }
+            Step::Merged(None) => {
+                done = true;
+                self.emit(Event::MergeStep(None));
+            }
+        }
+        if done {
+            self.work = Work::Nothing;
+            self.announce();
+        }
+    }
+}

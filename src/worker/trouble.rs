@@ -1,0 +1,48 @@
+//! How work in the engine ends early, and how that is said.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use super::source;
+use crate::inference::InferenceError;
+
+/// Something that a person has to be told.
+#[derive(Debug)]
+pub(super) struct Trouble {
+    pub(super) what: String,
+    pub(super) error: String,
+}
+
+/// The work was cancelled, or there is trouble.
+#[derive(Debug)]
+pub(super) enum Stop {
+    Cancelled,
+    Trouble(Trouble),
+}
+
+impl Stop {
+    pub(super) fn trouble(what: impl Into<String>, error: impl Into<String>) -> Self {
+        Self::Trouble(Trouble { what: what.into(), error: error.into() })
+    }
+
+    pub(super) fn inference(what: &str, error: &InferenceError) -> Self {
+        match error {
+            InferenceError::Cancelled => Self::Cancelled,
+            other => Self::trouble(what, source::chain(other)),
+        }
+    }
+}
+
+/// Runs `work`, and turns a panic into trouble that can be reported.
+pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
+    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| {
+        let message = payload
+            .downcast_ref::<&str>()
+            .map(|text| (*text).to_owned())
+            .or_else(|| payload.downcast_ref::<String>().cloned())
+            .unwrap_or_else(|| "it gave no message".to_owned());
+        Err(Stop::trouble(
+            "The program made a mistake and went back to the last good state",
+            format!("{message}. Please report this, with the shape and the parameters"),
+        ))
+    })
+}
