@@ -14,6 +14,9 @@ use super::streams::{Purpose, stream};
 use crate::geometry::Superquadric;
 use crate::geometry::kernel::{self, Distance};
 
+/// Points whose densities one thread lays out at a time.
+const ROWS: usize = 256;
+
 /// N(d(θ, xᵢ); σ)·½ for every point: the existing-cluster term of the paper's
 /// Gibbs step without its count. Underflow to 0 far away is meant: there the
 /// new table wins.
@@ -24,10 +27,52 @@ fn density(model: &Model, shape: &Superquadric, sigma: f64) -> Vec<f64> {
     kernel::gaussian(&distances, factor, sigma)
 }
 
+/// N(d; σ)·½ of all clusters, a row for each point: a draw reads one row.
+struct Densities {
+    rows: Vec<f64>,
+    /// Clusters, and how many there is room for in a row.
+    count: usize,
+    room: usize,
+}
+
+impl Densities {
+    fn of(columns: &[Vec<f64>], points: usize) -> Self {
+        let (count, room) = (columns.len(), columns.len() + 8);
+        let mut rows = vec![0.0; points * room];
+        rows.par_chunks_mut(room * ROWS).enumerate().for_each(|(chunk, rows)| {
+            for (i, row) in rows.chunks_mut(room).enumerate() {
+                for (density, column) in row.iter_mut().zip(columns) {
+                    *density = column[chunk * ROWS + i];
+                }
+            }
+        });
+        Self { rows, count, room }
+    }
+
+    fn row(&self, i: u32) -> &[f64] {
+        let start = i as usize * self.room;
+        &self.rows[start..start + self.count]
+    }
+
+    /// Adds a cluster.
+    fn push(&mut self, column: &[f64]) {
+        if self.count == self.room {
+            let columns: Vec<Vec<f64>> = (0..self.count)
+                .map(|j| self.rows.chunks(self.room).map(|row| row[j]).collect())
+                .collect();
+            *self = Self::of(&columns, column.len());
+        }
+        for (row, density) in self.rows.chunks_mut(self.room).zip(column) {
+            row[self.count] = *density;
+        }
+        self.count += 1;
+    }
+}
+
 /// The tables while points sit down one after another.
 struct Tables<'a> {
     state: &'a mut State,
-    density: Vec<Vec<f64>>,
+    density: Densities,
     count: Vec<f64>,
     weights: Vec<f64>,
 }
@@ -35,7 +80,8 @@ struct Tables<'a> {
 impl<'a> Tables<'a> {
     fn new(state: &'a mut State) -> Self {
         let model = &state.model;
-        let density: Vec<_> = state.clusters.par_iter().map(|c| density(model, &c.shape, c.sigma)).collect();
+        let columns: Vec<_> = state.clusters.par_iter().map(|c| density(model, &c.shape, c.sigma)).collect();
+        let density = Densities::of(&columns, model.points.len());
         let mut count = vec![0.0; state.clusters.len()];
         for &label in state.labels.iter().filter(|l| **l != UNASSIGNED) {
             count[label as usize] += 1.0;
@@ -60,8 +106,8 @@ impl<'a> Tables<'a> {
     fn draw(&mut self, i: u32, new: f64, rng: &mut impl Rng) -> Option<u32> {
         self.weights.clear();
         let mut total = new;
-        for (column, n) in self.density.iter().zip(&self.count) {
-            let w = n * column[i as usize];
+        for (density, n) in self.density.row(i).iter().zip(&self.count) {
+            let w = n * density;
             self.weights.push(w);
             total += w;
         }
@@ -163,7 +209,7 @@ pub(crate) fn sweep(state: &mut State, params: &Params, occurrences: &mut Vec<Oc
         let sigma = model.draw_first_sigma(&mut stream(params.seed, Purpose::Birth, iteration, id));
         let revision = tables.state.new_revision();
         tables.state.clusters.push(Cluster { id, revision, shape, sigma });
-        tables.density.push(density(&model, &shape, sigma));
+        tables.density.push(&density(&model, &shape, sigma));
         tables.count.push(0.0);
         let table = tables.state.clusters.len() as u32 - 1;
         occurrences.push(Occurrence::Born { id, points: company.len() });
