@@ -125,12 +125,28 @@ impl KdTree {
     /// index among equals; `None` in an empty tree. Faster than
     /// [`KdTree::nearest`] with k = 1: it needs no memory.
     pub fn nearest_one(&self, query: &Point3<f64>) -> Option<(f64, u32)> {
+        self.nearest_about(query, 1.0)
+    }
+
+    /// A point at most `slack` (≥ 1) times as far from `query` as the nearest:
+    /// far from the cloud, where many points are about as near, that takes a
+    /// fraction of the time.
+    pub fn nearest_about(&self, query: &Point3<f64>, slack: f64) -> Option<(f64, u32)> {
         let mut best = (f64::INFINITY, u32::MAX);
-        self.nearest_one_in(0, self.points.len(), query, &mut best);
+        self.nearest_about_in((0, self.points.len()), query, [0.0; 3], slack * slack, &mut best);
         (!self.is_empty()).then_some(best)
     }
 
-    fn nearest_one_in(&self, lo: usize, hi: usize, query: &Point3<f64>, best: &mut (f64, u32)) {
+    /// `beyond` holds, by axis, the squared way to the side of the split planes
+    /// that the range lies on.
+    fn nearest_about_in(
+        &self,
+        (lo, hi): (usize, usize),
+        query: &Point3<f64>,
+        beyond: [f64; 3],
+        slack2: f64,
+        best: &mut (f64, u32),
+    ) {
         let mut offer = |i: usize| {
             let d2 = (self.points[i] - query).norm_squared();
             if d2 < best.0 || (d2 == best.0 && self.index[i] < best.1) {
@@ -146,9 +162,11 @@ impl KdTree {
         let axis = self.axis[mid] as usize;
         let offset = query[axis] - self.points[mid][axis];
         let (near, far) = if offset < 0.0 { ((lo, mid), (mid + 1, hi)) } else { ((mid + 1, hi), (lo, mid)) };
-        self.nearest_one_in(near.0, near.1, query, best);
-        if offset * offset <= best.0 {
-            self.nearest_one_in(far.0, far.1, query, best);
+        self.nearest_about_in(near, query, beyond, slack2, best);
+        let mut beyond = beyond;
+        beyond[axis] = offset * offset;
+        if (beyond[0] + beyond[1] + beyond[2]) * slack2 <= best.0 {
+            self.nearest_about_in(far, query, beyond, slack2, best);
         }
     }
 
@@ -392,6 +410,8 @@ mod tests {
                 all.sort_by(|a, b| a.partial_cmp(b).unwrap());
                 assert_eq!(tree.nearest(&q, 6), all[..6.min(n)]);
                 assert_eq!(tree.nearest_one(&q), Some(all[0]));
+                let about = tree.nearest_about(&q, 1.2).unwrap();
+                assert!(all.contains(&about) && about.0 <= 1.2f64.powi(2) * all[0].0);
                 let radius: f64 = 0.3;
                 let mut within = Vec::new();
                 tree.within(&q, radius, |d2, i| within.push((d2, i)));

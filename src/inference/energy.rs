@@ -24,6 +24,9 @@ use crate::geometry::{Superquadric, kernel};
 /// The mean error, in mean spacings, that a primitive has to save where
 /// [`Params::primitive_cost`] is 1 and there are [`USUAL_COUNT`] of them.
 const PRICE: f64 = 0.0112;
+/// More points than this are closer together without telling more about what
+/// is a part: the spacing of so many is what the price is measured by.
+const MOST_POINTS: f64 = 5500.0;
 const USUAL_COUNT: f64 = 8.0;
 /// The price of K primitives grows with this power of K.
 const GROWTH: f64 = 0.6;
@@ -34,7 +37,8 @@ const LONELY: usize = 4;
 
 /// What `count` primitives add to the energy.
 pub(crate) fn price(model: &Model, params: &Params, count: usize) -> f64 {
-    let one = PRICE * params.primitive_cost * scale(model);
+    let crowding = (model.points.len() as f64 / MOST_POINTS).max(1.0).sqrt();
+    let one = PRICE * params.primitive_cost * scale(model) * crowding;
     one * (count as f64).powf(GROWTH) / (GROWTH * USUAL_COUNT.powf(GROWTH - 1.0))
 }
 
@@ -88,13 +92,36 @@ const NONE: u32 = u32::MAX;
 /// Hiders of a sample that are remembered.
 const HIDERS: usize = 4;
 
+/// The nearest piece to a point and the next one, with their distances.
+#[derive(Debug, Clone, Copy)]
+struct Nearest {
+    first: (u32, f32),
+    second: (u32, f32),
+}
+
+impl Default for Nearest {
+    fn default() -> Self {
+        Self { first: (NONE, f32::INFINITY), second: (NONE, f32::INFINITY) }
+    }
+}
+
+impl Nearest {
+    fn offer(&mut self, j: u32, distance: f32) {
+        if distance < self.first.1 {
+            self.second = std::mem::replace(&mut self.first, (j, distance));
+        } else if distance < self.second.1 {
+            self.second = (j, distance);
+        }
+    }
+}
+
 /// Pieces with what their error is made of, so that the error with some of
 /// them replaced costs a fraction of a new sum.
 #[derive(Debug, Clone)]
 pub(crate) struct Assembly {
     pieces: Vec<Piece>,
-    /// For each point its nearest piece.
-    nearest: Vec<u32>,
+    /// For each point its nearest piece and the next one, with their distances.
+    nearest: Vec<Nearest>,
     /// For each point what it adds.
     point_costs: Vec<f64>,
     /// For each sample of each piece the first pieces that hide it.
@@ -108,22 +135,20 @@ impl Assembly {
     pub(crate) fn new(model: &Model, pieces: Vec<Piece>) -> Self {
         let most = rounded(OUTLIER_SPACINGS * model.spacing, model.spacing);
         let mut whole = Self {
-            nearest: vec![NONE; model.points.len()],
+            nearest: vec![Nearest::default(); model.points.len()],
             point_costs: Vec::new(),
             hiders: Vec::new(),
             surface_costs: Vec::new(),
             pieces,
             most,
         };
-        let mut least = vec![f32::INFINITY; model.points.len()];
         for (j, piece) in (0u32..).zip(&whole.pieces) {
-            for ((least, nearest), d) in least.iter_mut().zip(&mut whole.nearest).zip(&piece.distances) {
-                if d < least {
-                    (*least, *nearest) = (*d, j);
-                }
+            for (nearest, d) in whole.nearest.iter_mut().zip(&piece.distances) {
+                nearest.offer(j, *d);
             }
         }
-        whole.point_costs = (0u32..).zip(least).map(|(i, d)| whole.point_cost(model, i, d)).collect();
+        whole.point_costs =
+            (0u32..).zip(&whole.nearest).map(|(i, n)| whole.point_cost(model, i, n.first.1)).collect();
         whole.hiders = (0..whole.pieces.len()).into_par_iter().map(|j| whole.hiders_of(j)).collect();
         whole.surface_costs = whole
             .pieces
@@ -148,7 +173,7 @@ impl Assembly {
 
     /// The piece nearest to each point; none where there are no pieces.
     pub(crate) fn nearest(&self) -> impl Iterator<Item = Option<u32>> {
-        self.nearest.iter().map(|&j| (j != NONE).then_some(j))
+        self.nearest.iter().map(|nearest| (nearest.first.0 != NONE).then_some(nearest.first.0))
     }
 
     fn point_cost(&self, model: &Model, i: u32, distance: f32) -> f64 {
@@ -189,18 +214,28 @@ impl Assembly {
 
     /// The same with the pieces `added` in the place of those at `removed`.
     pub(crate) fn error_with(&self, model: &Model, removed: &[usize], added: &[Piece]) -> f64 {
+        let mut come = vec![f32::INFINITY; self.nearest.len()];
+        for piece in added {
+            come.iter_mut().zip(&piece.distances).for_each(|(least, d)| *least = least.min(*d));
+        }
+        let mut is_removed = vec![false; self.pieces.len()];
+        removed.iter().for_each(|&j| is_removed[j] = true);
+        let stays = |j: u32| j != NONE && !is_removed[j as usize];
         let mut there = 0.0;
-        for (i, (&nearest, &known)) in (0u32..).zip(self.nearest.iter().zip(&self.point_costs)) {
-            let at = i as usize;
-            let gone = nearest == NONE || removed.contains(&(nearest as usize));
-            let before = if gone {
-                let left = self.pieces.iter().enumerate().filter(|(k, _)| !removed.contains(k));
-                left.map(|(_, piece)| piece.distances[at]).fold(f32::INFINITY, f32::min)
+        for (i, (nearest, come)) in (0u32..).zip(self.nearest.iter().zip(come)) {
+            if stays(nearest.first.0) && nearest.first.1 <= come {
+                there += self.point_costs[i as usize];
+                continue;
+            }
+            let left = if stays(nearest.first.0) {
+                nearest.first.1
+            } else if stays(nearest.second.0) {
+                nearest.second.1
             } else {
-                self.pieces[nearest as usize].distances[at]
+                let left = self.pieces.iter().zip(&is_removed).filter(|(_, is_removed)| !**is_removed);
+                left.map(|(piece, _)| piece.distances[i as usize]).fold(f32::INFINITY, f32::min)
             };
-            let now = added.iter().map(|piece| piece.distances[at]).fold(before, f32::min);
-            there += if !gone && now == before { known } else { self.point_cost(model, i, now) };
+            there += self.point_cost(model, i, come.min(left));
         }
         let mut back = 0.0;
         for (k, piece) in self.pieces.iter().enumerate() {
