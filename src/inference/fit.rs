@@ -22,7 +22,7 @@ const PLATE: f64 = 0.1;
 
 /// Starts and configurations are tried on about this many of the points;
 /// thirteen parameters need no more to be told apart.
-const PROBE_POINTS: usize = 250;
+const PROBE_POINTS: usize = 170;
 
 /// How much work a fit may do.
 #[derive(Debug, Clone, Copy)]

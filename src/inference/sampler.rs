@@ -24,7 +24,7 @@ const MERGE_INTERVAL: u32 = 15;
 /// The fits of the first iterations, and of every so many later ones, explore
 /// other starts and configurations than that of the iteration before.
 const EXPLORE_FIRST: u32 = 3;
-const EXPLORE_INTERVAL: u32 = 4;
+const EXPLORE_INTERVAL: u32 = 6;
 /// Mean d² under which a cluster's points are frozen, where freezing is on.
 const FREEZE: f64 = 5e-3;
 

@@ -26,9 +26,9 @@ const OUTLIER_SIGMAS: f64 = 4.0;
 /// to theirs. Of the proposals that come out well these keep 97 in 100.
 const HOPELESS_GLANCE: f64 = 3.0;
 /// Points that a first look is taken at.
-const GLANCE_POINTS: usize = 300;
+const GLANCE_POINTS: usize = 200;
 const HOPELESS_UNION: f64 = 2.0;
-const HOPELESS_CUT: f64 = 1.5;
+const HOPELESS_CUT: f64 = 3.0;
 
 /// Primitives, their points, and their surroundings.
 pub(crate) struct Layout<'a> {
