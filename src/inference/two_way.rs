@@ -26,7 +26,7 @@ const HIDDEN: f64 = 0.1;
 const MAX_SAMPLES: usize = 1500;
 /// Points and samples of one primitive at most in a fit that need not be the
 /// last: thirteen parameters ask for no more.
-const ROUGH: usize = 400;
+const ROUGH: usize = 350;
 /// Logarithms of coordinates stay above that of this.
 const SMALLEST_COORDINATE: f64 = 1e-9;
 

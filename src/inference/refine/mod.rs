@@ -26,7 +26,7 @@ use layout::{Glimpse, Proposal};
 /// Rounds of fits and changes at most.
 const ROUNDS: usize = 8;
 /// Steps of a two-way fit in each of the two passes of a round.
-const FIT_STEPS: usize = 12;
+const FIT_STEPS: usize = 8;
 /// Passes over the final primitives at most, and steps of a fit in each.
 const POLISHES: usize = 5;
 const POLISH_STEPS: usize = 25;
