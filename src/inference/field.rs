@@ -30,8 +30,8 @@ pub(crate) struct Offset {
 }
 
 impl Field {
-    pub(crate) fn new(points: &[Point3<f64>], spacing: f64) -> Self {
-        let tree = KdTree::new(points);
+    /// The field of `points`, of which `tree` is the tree.
+    pub(crate) fn new(tree: KdTree, points: &[Point3<f64>], spacing: f64) -> Self {
         let normals = points
             .par_iter()
             .map(|p| {
@@ -225,7 +225,7 @@ mod tests {
         for (count, flat) in [(1, 1.0), (2, 0.0), (700, 0.0), (700, 1.0)] {
             let points: Vec<Point3<f64>> = (0..count).map(|_| place(1.0, flat)).collect();
             let tree = KdTree::new(&points);
-            let field = Field::new(&points, tree.mean_spacing(5));
+            let field = Field::new(tree.clone(), &points, tree.mean_spacing(5));
             for _ in 0..3000 {
                 // Also far from the cloud.
                 let q = place(1.4, 1.4) - Vector3::repeat(0.2);

@@ -36,6 +36,24 @@ impl Run {
         }))
     }
 
+    /// Starts a run of `params.algorithm` on the same cloud. What depends on
+    /// the cloud alone is shared.
+    ///
+    /// # Errors
+    /// As [`Run::new`].
+    pub fn restarted(&self, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
+        let same = match &self.0 {
+            Kind::Sampler(run) => run,
+            Kind::Baseline(run) => run.base(),
+        };
+        Ok(Self(match params.algorithm {
+            Algorithm::Sampler => Kind::Sampler(Box::new(same.restarted(params, cancel)?)),
+            Algorithm::KMeans | Algorithm::Ems | Algorithm::HierarchicalEms => {
+                Kind::Baseline(Box::new(Baseline::restarted(same, params, cancel)?))
+            }
+        }))
+    }
+
     /// The parameters in force: K, the seed and the algorithm are those of the
     /// start.
     pub fn params(&self) -> &Params {

@@ -75,7 +75,20 @@ impl Sampler {
         let (Some(frame), true) = (frame, places.len() > SMALLEST_CLUSTER) else {
             return Err(InferenceError::TooFewPoints { points: places.len() });
         };
-        let model = Arc::new(Model::new(frame, &cloud.points));
+        if cancel.is_requested() {
+            return Err(InferenceError::Cancelled);
+        }
+        Self::start(Arc::new(Model::new(frame, &cloud.points)), params, cancel)
+    }
+
+    /// A run from the start on the same cloud, whose neighbourhoods need not be
+    /// found again.
+    pub fn restarted(&self, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
+        params.check().map_err(InferenceError::Params)?;
+        Self::start(Arc::clone(&self.state.model), params, cancel)
+    }
+
+    fn start(model: Arc<Model>, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
         if cancel.is_requested() {
             return Err(InferenceError::Cancelled);
         }

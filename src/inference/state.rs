@@ -58,14 +58,14 @@ impl Model {
         let tree = KdTree::new(&points);
         // Twins would make the spacing 0, and all that is measured by it.
         let places = distinct(&points);
-        let spacing = if places.len() == points.len() {
-            tree.mean_spacing(SPACING_NEIGHBORS)
-        } else {
-            KdTree::new(&places).mean_spacing(SPACING_NEIGHBORS)
-        };
+        let without_twins = (places.len() < points.len()).then(|| KdTree::new(&places));
+        let spacing = without_twins.as_ref().unwrap_or(&tree).mean_spacing(SPACING_NEIGHBORS);
         let graph = RadiusGraph::new(&tree, &points, CONNECTION_RADIUS * spacing, MAX_DEGREE);
         // Twins would leave the tangent planes without a direction.
-        let field = Field::new(&places, spacing);
+        let field = match without_twins {
+            Some(tree) => Field::new(tree, &places, spacing),
+            None => Field::new(tree, &points, spacing),
+        };
         Self { frame, block: points.iter().copied().collect(), points, spacing, graph, field }
     }
 

@@ -57,9 +57,8 @@ impl Densities {
     /// Adds a cluster.
     fn push(&mut self, column: &[f64]) {
         if self.count == self.room {
-            let columns: Vec<Vec<f64>> = (0..self.count)
-                .map(|j| self.rows.chunks(self.room).map(|row| row[j]).collect())
-                .collect();
+            let columns: Vec<Vec<f64>> =
+                (0..self.count).map(|j| self.rows.chunks(self.room).map(|row| row[j]).collect()).collect();
             *self = Self::of(&columns, column.len());
         }
         for (row, density) in self.rows.chunks_mut(self.room).zip(column) {

@@ -260,6 +260,7 @@ mod tests {
     use nalgebra::Rotation3;
 
     use super::*;
+    use crate::geometry::neighbors::KdTree;
 
     fn odd_shape() -> Superquadric {
         Superquadric {
@@ -330,7 +331,7 @@ mod tests {
             tessellate::surface_samples(&truth, 0.05, 5000).into_iter().map(|s| s.0).collect();
         // Only the lower half belongs to this primitive.
         let mine: Vec<Point3<f64>> = points.iter().filter(|p| p.z < 0.0).copied().collect();
-        let field = Field::new(&mine, 0.05);
+        let field = Field::new(KdTree::new(&mine), &mine, 0.05);
         let start = Superquadric {
             semi_axes: Vector3::new(0.3, 0.3, 0.8),
             translation: Vector3::new(0.0, 0.0, -0.3),

@@ -10,6 +10,8 @@ use crate::inference::{Abstraction, Cancel, InferenceError, MergeReport, Occurre
 /// A run as a machine of steps; a clone is a checkpoint.
 pub(crate) trait Machine: Clone + Send + 'static {
     fn start(cloud: Arc<SampleCloud>, params: Params, cancel: &Cancel) -> Result<Self, InferenceError>;
+    /// A start on the same cloud.
+    fn restarted(&self, params: Params, cancel: &Cancel) -> Result<Self, InferenceError>;
     /// The parameters in force.
     fn params(&self) -> Params;
     fn set_params(&mut self, params: Params) -> Result<(), InferenceError>;
@@ -22,6 +24,9 @@ pub(crate) trait Machine: Clone + Send + 'static {
 impl Machine for Run {
     fn start(cloud: Arc<SampleCloud>, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
         Self::new(cloud, params, cancel)
+    }
+    fn restarted(&self, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
+        self.restarted(params, cancel)
     }
     fn params(&self) -> Params {
         *self.params()

@@ -44,6 +44,9 @@ impl Machine for Scripted {
     fn start(cloud: Arc<SampleCloud>, params: Params, _: &Cancel) -> Result<Self, InferenceError> {
         Ok(Self { points: cloud.points.len(), params, iteration: 0, merges: 0 })
     }
+    fn restarted(&self, params: Params, _: &Cancel) -> Result<Self, InferenceError> {
+        Ok(Self { points: self.points, params, iteration: 0, merges: 0 })
+    }
     fn params(&self) -> Params {
         self.params
     }

@@ -173,9 +173,9 @@ fn accumulate<const MODE: u8>(c: &Coefficients, few: Few<'_>, delta: f32, sums: 
         for l in 0..LANES {
             let i = k * LANES + l;
             let p = local(c, x[l], y[l], z[l]);
-            for axis in 0..3 {
-                sums.low[axis][l] = sums.low[axis][l].min(p[axis]);
-                sums.high[axis][l] = sums.high[axis][l].max(p[axis]);
+            for ((low, high), v) in sums.low.iter_mut().zip(&mut sums.high).zip(p) {
+                low[l] = low[l].min(v);
+                high[l] = high[l].max(v);
             }
             let (radial, g, mut row) = derivatives(c, p);
             let w = weight::<MODE>(g);

@@ -68,8 +68,25 @@ impl Baseline {
         params: Params,
         cancel: &Cancel,
     ) -> Result<Self, InferenceError> {
+        Ok(Self::on(Sampler::new(cloud, Self::of_start(params), cancel)?, params))
+    }
+
+    /// A run from the start on the same cloud.
+    pub(crate) fn restarted(same: &Sampler, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
+        Ok(Self::on(same.restarted(Self::of_start(params), cancel)?, params))
+    }
+
+    pub(crate) fn base(&self) -> &Sampler {
+        &self.base
+    }
+
+    /// What the sampler's start is to make of the parameters.
+    fn of_start(params: Params) -> Params {
         let clusters = if params.algorithm == Algorithm::KMeans { params.clusters } else { 1 };
-        let mut base = Sampler::new(cloud, Params { clusters, ..params }, cancel)?;
+        Params { clusters, ..params }
+    }
+
+    fn on(mut base: Sampler, params: Params) -> Self {
         base.params = params;
         let work = match params.algorithm {
             Algorithm::HierarchicalEms => {
@@ -84,7 +101,7 @@ impl Baseline {
         };
         let mut new = Self { base, work, steps: 0 };
         new.settle();
-        Ok(new)
+        new
     }
 
     pub(crate) fn params(&self) -> &Params {

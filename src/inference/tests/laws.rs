@@ -26,8 +26,8 @@ fn model(points: Vec<Point3<f64>>, radius: f64) -> Arc<Model> {
         frame: Frame::of(&points).unwrap(),
         block: points.iter().copied().collect(),
         spacing: 0.1,
-        field: Field::new(&points, 0.1),
         graph: RadiusGraph::new(&tree, &points, radius, points.len()),
+        field: Field::new(tree, &points, 0.1),
         points,
     })
 }

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use nalgebra::{Point3, Rotation3, Vector3};
 
 use super::super::abstraction::{Abstraction, Occurrence, Phase, UNASSIGNED};
+use super::super::method::Algorithm;
 use super::super::params::Params;
+use super::super::run::Run;
 use super::super::sampler::{Cancel, InferenceError, Sampler};
 use super::{block, cancelled_after, check, delays, gate, rng, run, same_bits, sampler, scene, short};
 use crate::geometry::SampleCloud;
@@ -116,6 +118,25 @@ fn a_clone_is_a_checkpoint() {
     let end = finish(&mut original);
     assert!(same_bits(&at_copy, &copy.abstraction()), "the original's steps changed the copy");
     assert!(same_bits(&end, &finish(&mut copy)));
+}
+
+#[test]
+fn a_run_restarted_on_its_cloud_is_a_run_from_nothing() {
+    let cloud = Arc::new(SampleCloud::from_points(&gate(500)));
+    let never = Cancel::default();
+    let finish = |mut run: Run| {
+        while !run.is_finished() {
+            run.step(&never).unwrap();
+        }
+        run.abstraction()
+    };
+    let mut used = Run::new(cloud.clone(), short(), &never).unwrap();
+    used.step(&never).unwrap();
+    for params in [Params { seed: 7, ..short() }, Params { algorithm: Algorithm::KMeans, ..short() }] {
+        let restarted = used.restarted(params, &never).unwrap();
+        let new = Run::new(cloud.clone(), params, &never).unwrap();
+        assert!(same_bits(&finish(restarted), &finish(new)));
+    }
 }
 
 #[test]

@@ -34,6 +34,8 @@ pub(super) struct Renewal<M> {
     /// The number of the run.
     run: u64,
     shape: Arc<LoadedShape>,
+    /// The present run, while it is one on the same cloud.
+    like: Option<M>,
     machine: Option<M>,
     /// Time spent in steps.
     elapsed: Duration,
@@ -48,6 +50,7 @@ impl<M: Machine> Renewal<M> {
             begun: Instant::now(),
             run: present.run + 1,
             shape: Arc::clone(&present.shape),
+            like: Some(present.machine.clone()),
             machine: None,
             elapsed: Duration::ZERO,
             states: Vec::new(),
@@ -68,10 +71,13 @@ impl<M: Machine> Renewal<M> {
         } else if self.shape.sampling != sampling {
             self.shape = resampled(&self.shape, sampling).map_err(|error| Stop::trouble(WHAT, error))?;
             self.run = 1;
+            self.like = None;
         } else {
-            let cloud = Arc::clone(&self.shape.cloud);
-            let machine = M::start(cloud, params, cancel).map_err(|error| Stop::inference(WHAT, &error))?;
-            self.machine = Some(machine);
+            let started = match self.like.take() {
+                Some(like) => like.restarted(params, cancel),
+                None => M::start(Arc::clone(&self.shape.cloud), params, cancel),
+            };
+            self.machine = Some(started.map_err(|error| Stop::inference(WHAT, &error))?);
             // As in any run, what comes before the first step is not counted.
             self.keep(Vec::new(), Instant::now());
         }
