@@ -4,32 +4,28 @@
 //! made while they lower it.
 
 mod layout;
+mod refits;
+mod unions;
 
-use std::collections::{BTreeMap, BTreeSet, HashSet};
-use std::hash::{DefaultHasher, Hash, Hasher};
+use std::collections::BTreeSet;
 
 use rayon::prelude::*;
 
 use super::abstraction::{MergeReport, Occurrence, UNASSIGNED};
 use super::energy::{self, Piece};
-use super::fit::{Effort, sum_squared_radial};
+use super::fit::sum_squared_radial;
 use super::kmeans::kmeans;
 use super::params::{MergeRule, Params};
 use super::sampler::Cancel;
-use super::state::{Cluster, SMALLEST_CLUSTER, State};
+use super::state::{Cluster, State};
 use super::streams::{Purpose, stream};
-use super::two_way::Detail;
-use crate::geometry::Superquadric;
 pub(crate) use layout::Layout;
-use layout::{Glimpse, Proposal};
+use layout::Proposal;
+use refits::{Refits, polish, refit};
+pub(crate) use unions::merge_all;
 
 /// Rounds of fits and changes at most.
 const ROUNDS: usize = 8;
-/// Steps of a two-way fit in each of the two passes of a round.
-const FIT_STEPS: usize = 8;
-/// Passes over the final primitives at most, and steps of a fit in each.
-const POLISHES: usize = 5;
-const POLISH_STEPS: usize = 25;
 /// Random cuts in two that are tried of each primitive.
 const CUTS: u32 = 2;
 /// Cuts into more parts, for primitives that span a ring or a frame: no cut in
@@ -109,130 +105,8 @@ pub(crate) fn refine(state: &mut State, params: &Params, cancel: &Cancel, occurr
     take_over(state, &layout, &names, params, occurrences);
 }
 
-/// Merges neighbours while that lowers the energy. In each round those pairs
-/// that look best at a first glance are fitted, each primitive once; where no
-/// pair is left, larger groups.
-pub(crate) fn merge_all(
-    state: &mut State,
-    params: &Params,
-    cancel: &Cancel,
-    occurrences: &mut Vec<Occurrence>,
-) {
-    let model = state.model.clone();
-    let (mut layout, mut names) = (Layout::of(&model, state, params, cancel), names_of(state));
-    let mut glimpses = Glimpses::new();
-    let mut reports = Vec::new();
-    loop {
-        let before = layout.energy();
-        let pairs = layout.neighbors();
-        let lists = pairs.iter().map(|&(a, b)| vec![a, b]).collect();
-        let mut hopeful = most_hopeful(&layout, &names, before, lists, &mut glimpses);
-        if hopeful.is_empty() {
-            hopeful = most_hopeful(&layout, &names, before, groups(names.len(), &pairs), &mut glimpses);
-        }
-        if hopeful.is_empty() {
-            break;
-        }
-        let proposals: Vec<(Idea, Proposal)> = hopeful
-            .into_par_iter()
-            .filter_map(|(list, glimpse)| {
-                let proposal = layout.propose_union(&list, &glimpse, before)?;
-                Some((Idea::Merge(list), proposal))
-            })
-            .collect();
-        if cancel.is_requested() {
-            return;
-        }
-        accept(&mut layout, &mut names, state, before, proposals, &mut reports);
-    }
-    occurrences.extend(reports);
-    take_over(state, &layout, &names, params, occurrences);
-}
-
-/// First looks at unions by the revisions of the parts; `None` once there is
-/// nothing more to hope for.
-type Glimpses = BTreeMap<Vec<u64>, Option<Glimpse>>;
-
-/// Those unions that look best at first glance, each primitive in one at most.
-/// They are not offered again.
-fn most_hopeful(
-    layout: &Layout<'_>,
-    names: &[Name],
-    before: f64,
-    lists: Vec<Vec<usize>>,
-    glimpses: &mut Glimpses,
-) -> Vec<(Vec<usize>, Glimpse)> {
-    let key = |list: &Vec<usize>| list.iter().map(|&j| names[j].revision).collect::<Vec<u64>>();
-    let unseen: Vec<&Vec<usize>> = lists.iter().filter(|list| !glimpses.contains_key(&key(list))).collect();
-    let seen: Vec<Option<Glimpse>> =
-        unseen.par_iter().map(|list| layout.glance_at_union(list, before)).collect();
-    glimpses.extend(unseen.into_iter().map(key).zip(seen));
-    let mut hopeful: Vec<(Vec<usize>, Glimpse)> =
-        lists.into_iter().filter_map(|list| glimpses[&key(&list)].map(|glimpse| (list, glimpse))).collect();
-    hopeful.sort_by(|x, y| x.1.rise.total_cmp(&y.1.rise).then(x.0.cmp(&y.0)));
-    let mut taken = vec![false; names.len()];
-    hopeful.retain(|(list, _)| {
-        let is_free = list.iter().all(|&j| !taken[j]);
-        if is_free {
-            list.iter().for_each(|&j| taken[j] = true);
-        }
-        is_free
-    });
-    glimpses.extend(hopeful.iter().map(|(list, _)| (key(list), None)));
-    hopeful
-}
-
-/// Each primitive with all its neighbours, and all that are connected: of a
-/// hollow body's two walls no two patches make a better one, all together do.
-fn groups(count: usize, pairs: &BTreeSet<(usize, usize)>) -> Vec<Vec<usize>> {
-    let mut near: Vec<BTreeSet<usize>> = (0..count).map(|j| BTreeSet::from([j])).collect();
-    for &(a, b) in pairs {
-        near[a].insert(b);
-        near[b].insert(a);
-    }
-    let mut found: BTreeSet<Vec<usize>> =
-        near.iter().map(|star| star.iter().copied().collect::<Vec<usize>>()).collect();
-    let mut seen = vec![false; count];
-    for first in 0..count {
-        let mut component = Vec::new();
-        let mut next = vec![first];
-        while let Some(j) = next.pop() {
-            if !std::mem::replace(&mut seen[j], true) {
-                component.push(j);
-                next.extend(&near[j]);
-            }
-        }
-        component.sort_unstable();
-        found.insert(component);
-    }
-    found.into_iter().filter(|list| list.len() > 2).collect()
-}
-
 fn names_of(state: &State) -> Vec<Name> {
     state.clusters.iter().map(|c| Name { id: c.id, revision: c.revision }).collect()
-}
-
-/// Fits every primitive to its points and what is around it, and keeps what
-/// lowers the energy. Returns the energy.
-fn refit(layout: &mut Layout<'_>, names: &mut [Name], state: &mut State, refits: &mut Refits) -> f64 {
-    let notable = NOTABLE * layout.price_of_one_more();
-    let mut energy = layout.energy();
-    for explore in [true, false] {
-        let ways: Vec<Way> = names
-            .iter()
-            .map(|name| Way {
-                explore: explore && refits.explored.insert(name.revision),
-                steps: FIT_STEPS,
-                detail: Detail::Rough,
-            })
-            .collect();
-        energy = refit_once(layout, energy, &ways, refits, |j, gain| {
-            if gain > notable {
-                names[j].revision = state.new_revision();
-            }
-        });
-    }
-    energy
 }
 
 /// Removes primitives that no point belongs to.
@@ -252,107 +126,6 @@ fn spare_the_empty(layout: &mut Layout<'_>, names: &mut Vec<Name>, reports: &mut
 fn keep_marked<T>(list: &mut Vec<T>, marks: &[bool]) {
     let mut marks = marks.iter();
     list.retain(|_| marks.next().copied().unwrap_or(true));
-}
-
-/// Fits the final primitives until they rest.
-fn polish(layout: &mut Layout<'_>, refits: &mut Refits) {
-    let rest = NOTABLE * layout.price_of_one_more();
-    let mut energy = layout.energy();
-    for _ in 0..POLISHES {
-        let way = Way { explore: false, steps: POLISH_STEPS, detail: Detail::Full };
-        let now = refit_once(layout, energy, &vec![way; layout.pieces().len()], refits, |_, _| {});
-        if energy - now < rest {
-            break;
-        }
-        energy = now;
-    }
-}
-
-/// How a primitive is fitted again.
-#[derive(Debug, Clone, Copy, Hash)]
-struct Way {
-    /// Start anew from the points, too.
-    explore: bool,
-    steps: usize,
-    detail: Detail,
-}
-
-/// What need not be done again.
-#[derive(Debug, Default)]
-struct Refits {
-    /// Revisions that have been fitted from their points alone.
-    explored: HashSet<u64>,
-    /// Fits that came to nothing, by all that they depend on.
-    idle: HashSet<u64>,
-}
-
-/// All that the fit of a primitive depends on, as one number.
-fn circumstances(layout: &Layout<'_>, j: usize, way: Way) -> u64 {
-    let mut hasher = DefaultHasher::new();
-    let mut add = |shape: &Superquadric| {
-        let pose = shape.rotation.matrix().iter().chain(&shape.translation);
-        let rest = shape.semi_axes.iter().chain(&shape.exponents).chain(&shape.taper);
-        pose.chain(rest).for_each(|v| v.to_bits().hash(&mut hasher));
-    };
-    add(&layout.pieces()[j].shape);
-    layout.around(j).for_each(add);
-    (way, &layout.members[j]).hash(&mut hasher);
-    hasher.finish()
-}
-
-/// Fits primitives next to the others, and takes those fits that lower the
-/// `energy`, which is returned; `taken` hears of each with its gain.
-fn refit_once(
-    layout: &mut Layout<'_>,
-    mut energy: f64,
-    ways: &[Way],
-    refits: &mut Refits,
-    mut taken: impl FnMut(usize, f64),
-) -> f64 {
-    let keys: Vec<u64> = ways.iter().enumerate().map(|(j, way)| circumstances(layout, j, *way)).collect();
-    let fitted: Vec<Option<Piece>> = ways
-        .par_iter()
-        .enumerate()
-        .map(|(j, way)| if refits.idle.contains(&keys[j]) { None } else { fitted_again(layout, j, *way) })
-        .collect();
-    // Each judged next to those taken before it.
-    let (mut old, mut new): (Vec<usize>, Vec<Piece>) = (Vec::new(), Vec::new());
-    for (j, piece) in fitted.into_iter().enumerate() {
-        let Some(piece) = piece else { continue };
-        refits.idle.insert(keys[j]);
-        old.push(j);
-        new.push(piece);
-        let now = layout.energy_with(&old, &new);
-        if now < energy {
-            refits.idle.remove(&keys[j]);
-            taken(j, energy - now);
-            energy = now;
-        } else {
-            old.pop();
-            new.pop();
-        }
-    }
-    layout.change_pieces(|pieces| {
-        for (j, piece) in old.into_iter().zip(new) {
-            pieces[j] = piece;
-        }
-    });
-    layout.assign();
-    energy
-}
-
-/// A primitive fitted to its points, next to the others.
-fn fitted_again(layout: &Layout<'_>, j: usize, way: Way) -> Option<Piece> {
-    let points = &layout.members[j];
-    if points.is_empty() {
-        return None;
-    }
-    let mut starts = vec![layout.pieces()[j].shape];
-    if way.explore && points.len() > SMALLEST_CLUSTER {
-        starts.extend(layout.one_way(points, &[], Effort::THOROUGH));
-    }
-    let shape = layout.two_way(points, &starts, &layout.others(&[j]), way.steps, way.detail)?;
-    Some(Piece::new(layout.model, shape))
 }
 
 /// Changes that have not been tried of the same primitives before.
