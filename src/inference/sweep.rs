@@ -11,20 +11,26 @@ use super::moments::ellipsoid_of_moments;
 use super::params::Params;
 use super::state::{Cluster, Model, SMALLEST_CLUSTER, State};
 use super::streams::{Purpose, stream};
-use crate::geometry::Superquadric;
 use crate::geometry::kernel::{self, Distance};
 
-/// Points whose densities one thread lays out at a time.
+/// Points whose densities one thread works out at a time.
 const ROWS: usize = 256;
 
-/// N(d(θ, xᵢ); σ)·½ for every point: the existing-cluster term of the paper's
-/// Gibbs step without its count. Underflow to 0 far away is meant: there the
-/// new table wins.
-fn density(model: &Model, shape: &Superquadric, sigma: f64) -> Vec<f64> {
+/// N(d(θ, xᵢ); σ)·½ for each point from number `from` up to `to`: the
+/// existing-cluster term of the paper's Gibbs step without its count. Underflow
+/// to 0 far away is meant: there the new table wins.
+fn density(model: &Model, cluster: &Cluster, (from, to): (usize, usize), buffers: &mut Buffers) {
+    let Cluster { shape, sigma, .. } = cluster;
     let factor = 0.5 / (sigma * (2.0 * std::f64::consts::PI).sqrt());
-    let mut distances = Vec::new();
-    kernel::distances(shape, &model.block, Distance::Radial, &mut distances);
-    kernel::gaussian(&distances, factor, sigma)
+    let Buffers { distances, densities } = buffers;
+    kernel::distances_of_some(shape, &model.block, (from, to), Distance::Radial, distances);
+    kernel::gaussian(distances, factor, *sigma, densities);
+}
+
+#[derive(Default)]
+struct Buffers {
+    distances: Vec<f32>,
+    densities: Vec<f64>,
 }
 
 /// N(d; σ)·½ of all clusters, a row for each point: a draw reads one row.
@@ -36,17 +42,11 @@ struct Densities {
 }
 
 impl Densities {
-    fn of(columns: &[Vec<f64>], points: usize) -> Self {
-        let (count, room) = (columns.len(), columns.len() + 8);
-        let mut rows = vec![0.0; points * room];
-        rows.par_chunks_mut(room * ROWS).enumerate().for_each(|(chunk, rows)| {
-            for (i, row) in rows.chunks_mut(room).enumerate() {
-                for (density, column) in row.iter_mut().zip(columns) {
-                    *density = column[chunk * ROWS + i];
-                }
-            }
-        });
-        Self { rows, count, room }
+    fn new(model: &Model, clusters: &[Cluster]) -> Self {
+        let mut new = Self { rows: Vec::new(), count: 0, room: clusters.len() + SPARE };
+        new.rows.resize(model.points.len() * new.room, 0.0);
+        new.add(model, clusters);
+        new
     }
 
     fn row(&self, i: u32) -> &[f64] {
@@ -54,19 +54,37 @@ impl Densities {
         &self.rows[start..start + self.count]
     }
 
-    /// Adds a cluster.
-    fn push(&mut self, column: &[f64]) {
+    /// Adds clusters, for which there is room.
+    fn add(&mut self, model: &Model, clusters: &[Cluster]) {
+        let (count, room) = (self.count, self.room);
+        self.rows.par_chunks_mut(room * ROWS).enumerate().for_each_init(
+            Buffers::default,
+            |buffers, (chunk, rows)| {
+                let from = chunk * ROWS;
+                let to = from + rows.len() / room;
+                for (j, cluster) in clusters.iter().enumerate() {
+                    density(model, cluster, (from, to), buffers);
+                    for (row, density) in rows.chunks_mut(room).zip(&buffers.densities) {
+                        row[count + j] = *density;
+                    }
+                }
+            },
+        );
+        self.count += clusters.len();
+    }
+
+    /// Adds the last of all clusters.
+    fn push(&mut self, model: &Model, clusters: &[Cluster]) {
         if self.count == self.room {
-            let columns: Vec<Vec<f64>> =
-                (0..self.count).map(|j| self.rows.chunks(self.room).map(|row| row[j]).collect()).collect();
-            *self = Self::of(&columns, column.len());
+            *self = Self::new(model, clusters);
+        } else {
+            self.add(model, &clusters[self.count..]);
         }
-        for (row, density) in self.rows.chunks_mut(self.room).zip(column) {
-            row[self.count] = *density;
-        }
-        self.count += 1;
     }
 }
+
+/// Clusters that can be born until the rows are laid out anew.
+const SPARE: usize = 8;
 
 /// The tables while points sit down one after another.
 struct Tables<'a> {
@@ -79,8 +97,7 @@ struct Tables<'a> {
 impl<'a> Tables<'a> {
     fn new(state: &'a mut State) -> Self {
         let model = &state.model;
-        let columns: Vec<_> = state.clusters.par_iter().map(|c| density(model, &c.shape, c.sigma)).collect();
-        let density = Densities::of(&columns, model.points.len());
+        let density = Densities::new(model, &state.clusters);
         let mut count = vec![0.0; state.clusters.len()];
         for &label in state.labels.iter().filter(|l| **l != UNASSIGNED) {
             count[label as usize] += 1.0;
@@ -208,7 +225,7 @@ pub(crate) fn sweep(state: &mut State, params: &Params, occurrences: &mut Vec<Oc
         let sigma = model.draw_first_sigma(&mut stream(params.seed, Purpose::Birth, iteration, id));
         let revision = tables.state.new_revision();
         tables.state.clusters.push(Cluster { id, revision, shape, sigma });
-        tables.density.push(&density(&model, &shape, sigma));
+        tables.density.push(&model, &tables.state.clusters);
         tables.count.push(0.0);
         let table = tables.state.clusters.len() as u32 - 1;
         occurrences.push(Occurrence::Born { id, points: company.len() });

@@ -227,7 +227,7 @@ fn weight<const MODE: u8>(g: [f32; 3]) -> f32 {
 
 /// The distance of one point: signed, but for the Euclidean one.
 #[inline(always)]
-fn measure<const MODE: u8>(c: &Coefficients, x: f32, y: f32, z: f32) -> f32 {
+fn measure_one<const MODE: u8>(c: &Coefficients, x: f32, y: f32, z: f32) -> f32 {
     if MODE == RADIAL {
         return radial(c, x, y, z);
     }
@@ -267,17 +267,42 @@ pub fn euclidean_distances(shape: &Superquadric, points: &PointBlock, out: &mut 
     measure_all(shape, points, EUCLIDEAN, out);
 }
 
+/// [`distances`] of the points from number `from` up to `to`; `from` is a
+/// multiple of 16.
+pub fn distances_of_some(
+    shape: &Superquadric,
+    points: &PointBlock,
+    (from, to): (usize, usize),
+    distance: Distance,
+    out: &mut Vec<f32>,
+) {
+    debug_assert!(from.is_multiple_of(LANES) && from <= to && to <= points.len());
+    measure(shape, points, (from, to), distance.mode(), out);
+}
+
 fn measure_all(shape: &Superquadric, points: &PointBlock, mode: u8, out: &mut Vec<f32>) {
+    measure(shape, points, (0, points.len()), mode, out);
+}
+
+fn measure(
+    shape: &Superquadric,
+    points: &PointBlock,
+    (from, to): (usize, usize),
+    mode: u8,
+    out: &mut Vec<f32>,
+) {
     let c = Coefficients::new(shape);
+    let range = from / LANES..to.div_ceil(LANES);
+    let (x, y, z) = (&points.x[range.clone()], &points.y[range.clone()], &points.z[range]);
     out.clear();
-    out.resize(points.x.len() * LANES, 0.0);
+    out.resize(x.len() * LANES, 0.0);
     let (chunks, _) = out.as_chunks_mut::<LANES>();
     match mode {
-        RADIAL => radial_pass(&c, &points.x, &points.y, &points.z, chunks),
-        FIRST_ORDER => first_order_pass(&c, &points.x, &points.y, &points.z, chunks),
-        _ => euclidean_pass(&c, &points.x, &points.y, &points.z, chunks),
+        RADIAL => radial_pass(&c, x, y, z, chunks),
+        FIRST_ORDER => first_order_pass(&c, x, y, z, chunks),
+        _ => euclidean_pass(&c, x, y, z, chunks),
     }
-    out.truncate(points.len());
+    out.truncate(to - from);
 }
 
 type Lanes = [f32; LANES];
@@ -301,17 +326,17 @@ fn euclidean_pass(c: &Coefficients, x: &[Lanes], y: &[Lanes], z: &[Lanes], out: 
 fn pass<const MODE: u8>(c: &Coefficients, x: &[Lanes], y: &[Lanes], z: &[Lanes], out: &mut [Lanes]) {
     for (((out, x), y), z) in out.iter_mut().zip(x).zip(y).zip(z) {
         for l in 0..LANES {
-            out[l] = measure::<MODE>(c, x[l], y[l], z[l]);
+            out[l] = measure_one::<MODE>(c, x[l], y[l], z[l]);
         }
     }
 }
 
 /// `factor·exp(−d²/(2σ²))` of each distance d, in double precision: what is far
 /// from everything still differs.
-pub fn gaussian(distances: &[f32], factor: f64, sigma: f64) -> Vec<f64> {
-    let mut out = vec![0.0; distances.len()];
-    gaussian_pass(distances, factor, -0.5 / (sigma * sigma), &mut out);
-    out
+pub fn gaussian(distances: &[f32], factor: f64, sigma: f64, out: &mut Vec<f64>) {
+    out.clear();
+    out.resize(distances.len(), 0.0);
+    gaussian_pass(distances, factor, -0.5 / (sigma * sigma), out);
 }
 
 #[multiversion(targets("x86_64+avx512f+avx512dq+avx512bw+avx512vl", "x86_64+avx2", "aarch64+neon"))]
@@ -391,7 +416,7 @@ fn add_up<const MODE: u8>(
     for (k, ((x, y), z)) in x.iter().zip(y).zip(z).enumerate() {
         let mut costs = [0.0f32; LANES];
         for l in 0..LANES {
-            let d = measure::<MODE>(c, x[l], y[l], z[l]);
+            let d = measure_one::<MODE>(c, x[l], y[l], z[l]);
             costs[l] = if MODE == EUCLIDEAN { (d * d + delta * delta).sqrt() - delta } else { d * d };
         }
         // What repeats the last point doesn't count.
