@@ -1,6 +1,5 @@
 //! The run step by step, in sight: iterations and merges at a pace.
 
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::super::machine::Machine;
@@ -22,11 +21,12 @@ impl<M: Machine> Engine<M> {
             self.fail("There is nothing to reset", "no shape is loaded; open one first");
             return false;
         };
-        let cloud = Arc::clone(&present.shape.cloud);
         let cancel = self.cancel.clone();
         let params = self.params;
         let outcome = guarded(|| {
-            let machine = M::start(cloud, params, &cancel)
+            let machine = present
+                .machine
+                .restarted(params, &cancel)
                 .map_err(|error| Stop::inference("The run could not be started", &error))?;
             let abstraction = machine.abstraction();
             Ok((machine, abstraction))
