@@ -1,6 +1,5 @@
 //! The job without a window: read, sample, infer, write.
 
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -9,8 +8,8 @@ use std::time::{Duration, Instant};
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 
-use super::interrupt::{INTERRUPTED, cancel_on_interrupt};
-use super::{fail, say};
+use super::interrupt::until_done_or_interrupted;
+use super::say;
 use crate::geometry::SamplingOptions;
 use crate::inference::{Abstraction, Cancel, InferenceError, Occurrence, Params, Run};
 use crate::io::{self, Outcome, RunRecord, Shape, ShapeGeometry};
@@ -31,19 +30,7 @@ impl HeadlessJob {
     /// a summary to standard output. On failure, and when Ctrl-C is pressed,
     /// nothing is written.
     pub fn run(&self) -> ExitCode {
-        let cancel = cancel_on_interrupt();
-        match self.work(&cancel) {
-            Ok(summary) => {
-                // A closed pipe is no reason to call the run a failure.
-                let _ = writeln!(std::io::stdout(), "{summary}");
-                ExitCode::SUCCESS
-            }
-            Err(e) if matches!(e.downcast_ref(), Some(InferenceError::Cancelled)) => {
-                say("stopped; nothing was written");
-                ExitCode::from(INTERRUPTED)
-            }
-            Err(e) => fail(&format!("{e:#}")),
-        }
+        until_done_or_interrupted(|cancel| Ok(self.work(cancel)? + "\n"))
     }
 
     fn work(&self, cancel: &Cancel) -> anyhow::Result<String> {

@@ -1,6 +1,10 @@
 //! Ctrl-C: ask for an end, insist at the second time.
 
-use crate::inference::Cancel;
+use std::io::Write as _;
+use std::process::ExitCode;
+
+use super::{fail, say};
+use crate::inference::{Cancel, InferenceError};
 
 /// Exit status of a job that was stopped by Ctrl-C, as shells have it.
 pub(super) const INTERRUPTED: u8 = 130;
@@ -19,4 +23,21 @@ pub(super) fn cancel_on_interrupt() -> Cancel {
         tracing::warn!("Ctrl-C will end the program at once: {e}");
     }
     cancel
+}
+
+/// Does a job that writes nothing unless it comes to its end: the text that it
+/// gives goes to standard output.
+pub(super) fn until_done_or_interrupted(work: impl FnOnce(&Cancel) -> anyhow::Result<String>) -> ExitCode {
+    match work(&cancel_on_interrupt()) {
+        Ok(text) => {
+            // A closed pipe is no reason to call the job a failure.
+            let _ = write!(std::io::stdout(), "{text}");
+            ExitCode::SUCCESS
+        }
+        Err(e) if matches!(e.downcast_ref(), Some(InferenceError::Cancelled)) => {
+            say("stopped; nothing was written");
+            ExitCode::from(INTERRUPTED)
+        }
+        Err(e) => fail(&format!("{e:#}")),
+    }
 }

@@ -2,7 +2,6 @@
 //! the start, and of iterations T.
 
 use std::fs;
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 use std::sync::Arc;
@@ -13,13 +12,12 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::Point3;
 
-use super::super::interrupt::{INTERRUPTED, cancel_on_interrupt};
-use super::super::{fail, say};
+use super::super::interrupt::until_done_or_interrupted;
 use super::output::{aligned, none};
 use super::table::Spread;
 use crate::geometry::cloud::grouped;
 use crate::geometry::{SampleCloud, SamplingOptions, sample_cloud, scatter_mesh};
-use crate::inference::{Cancel, InferenceError, Method, Params, Run};
+use crate::inference::{Cancel, Method, Params, Run};
 use crate::io::{self, Shape, ShapeGeometry};
 
 const MARKDOWN_FILE: &str = "scaling.md";
@@ -192,19 +190,7 @@ fn median(runs: &[Timed], value: fn(&Timed) -> f64) -> Option<f64> {
 impl ScalingJob {
     /// Does the job: the tables go to standard output and to files.
     pub fn run(&self) -> ExitCode {
-        let cancel = cancel_on_interrupt();
-        match self.work(&cancel) {
-            Ok(text) => {
-                // A closed pipe is no reason to call the job a failure.
-                let _ = write!(std::io::stdout(), "{text}");
-                ExitCode::SUCCESS
-            }
-            Err(e) if matches!(e.downcast_ref(), Some(InferenceError::Cancelled)) => {
-                say("stopped; nothing was written");
-                ExitCode::from(INTERRUPTED)
-            }
-            Err(e) => fail(&format!("{e:#}")),
-        }
+        until_done_or_interrupted(|cancel| self.work(cancel))
     }
 
     fn work(&self, cancel: &Cancel) -> anyhow::Result<String> {
