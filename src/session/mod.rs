@@ -17,8 +17,12 @@ pub mod camera;
 pub mod history;
 pub mod live;
 pub mod messages;
+pub mod preferences;
+mod reasons;
 pub mod scene;
+mod telling;
 pub mod view;
+pub mod window;
 
 #[cfg(test)]
 mod tests;
@@ -30,6 +34,7 @@ use live::Live;
 use messages::{Level, Messages};
 use scene::{SceneFromInput, UpAxis};
 use view::{ThemeChoice, View};
+use window::{Panel, Window};
 
 /// A pace at which a person can follow each iteration, and the default run
 /// takes about three seconds. Who wants the result at once turns a slider with
@@ -44,6 +49,13 @@ pub enum Effect {
     AskForExport(Export),
     AskForScreenshot,
     SaveScreenshot(PathBuf),
+    /// Open the file if it is there, or say that it isn't.
+    OpenIfThere(PathBuf),
+    /// Show a file in the system's file manager.
+    ShowInFolder(PathBuf),
+    OpenLink(&'static str),
+    /// Bring the panels to the sizes of the first start.
+    ResetLayout,
     Quit,
 }
 
@@ -61,6 +73,7 @@ pub struct Session {
     pub live: Live,
     pub activity: Activity,
     pub view: View,
+    pub window: Window,
     pub camera: Camera,
     pub scene: SceneFromInput,
     /// Ids of the selected primitives.
@@ -95,6 +108,7 @@ impl Session {
             live: Live::default(),
             activity: Activity::Idle,
             view: View::default(),
+            window: Window::default(),
             camera: Camera::default(),
             scene: SceneFromInput::fit(&[], UpAxis::Y),
             selection: BTreeSet::new(),
@@ -197,6 +211,8 @@ impl Session {
             Verb::FrameSelection | Verb::HideSelected | Verb::Deselect => !self.selection.is_empty(),
             Verb::FrameAll => loaded,
             Verb::ShowAll => !self.hidden.is_empty(),
+            Verb::ClearRecent => !self.window.recent.is_empty(),
+            Verb::ZoomReset => self.window.zoom != 1.0,
             _ => true,
         }
     }
@@ -207,6 +223,9 @@ impl Session {
             Verb::ToggleOrthographic => Some(self.camera.orthographic),
             Verb::ToggleLive => Some(self.live.is_on),
             Verb::ToggleLog => Some(self.view.shows_log),
+            Verb::ToggleLeftPanel => Some(self.window.shows(Panel::Left)),
+            Verb::ToggleRightPanel => Some(self.window.shows(Panel::Right)),
+            Verb::ToggleBottomPanel => Some(self.window.shows(Panel::Bottom)),
             Verb::ThemeSystem => Some(self.view.theme == ThemeChoice::System),
             Verb::ThemeLight => Some(self.view.theme == ThemeChoice::Light),
             Verb::ThemeDark => Some(self.view.theme == ThemeChoice::Dark),
@@ -231,12 +250,27 @@ impl Session {
         match action {
             Action::Verb(verb) if self.is_enabled(verb) => return self.apply_verb(verb),
             Action::Verb(_) => {}
-            Action::OpenFile(path) => return self.open(Source::File(path)),
-            Action::Export(Export::Cloud, path) => return vec![Effect::Send(Command::ExportCloud(path))],
-            Action::Export(Export::Primitives, path) => {
-                return vec![Effect::Send(Command::ExportPrimitives(path))];
+            Action::FromList(name, action) => {
+                self.window.remember_command(&name);
+                return self.apply(*action);
             }
-            Action::SaveScreenshot(path) => return vec![Effect::SaveScreenshot(path)],
+            Action::OpenFile(path) => return self.open_file(path),
+            Action::OpenDropped(paths) => return self.open_dropped(paths),
+            Action::OpenRecent(path) => return vec![Effect::OpenIfThere(path)],
+            Action::ForgetRecent(path) => self.forget_recent(&path),
+            Action::ShowInFolder(path) => return vec![Effect::ShowInFolder(path)],
+            Action::OpenLink(address) => return vec![Effect::OpenLink(address)],
+            Action::Export(export, path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return vec![Effect::Send(match export {
+                    Export::Cloud => Command::ExportCloud(path),
+                    Export::Primitives => Command::ExportPrimitives(path),
+                })];
+            }
+            Action::SaveScreenshot(path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return vec![Effect::SaveScreenshot(path)];
+            }
             Action::SetParams(params) => return self.take_setup(params, self.sampling),
             Action::SetMethod(method) => {
                 let params = Params { seed: self.params.seed, ..method.params() };
@@ -275,8 +309,10 @@ impl Session {
             Action::Zoom { cursor, factor } => self.camera.zoom_to(cursor, factor),
             Action::SetPivot(point) => self.camera.set_pivot(point),
             Action::SetAspect(aspect) => self.set_aspect(aspect),
-            Action::DismissErrors => self.messages.dismiss_errors(),
-            Action::Tell { what, error } => self.messages.push(Level::Error, what, error),
+            Action::DismissError(number) => self.messages.dismiss_errors_until(number),
+            Action::SetNarrow(narrow) => self.window.set_narrow(narrow),
+            Action::Say(message) => self.messages.add(message),
+            Action::Tell { what, error } => self.fail(what, &error),
             Action::Note(text) => {
                 self.messages.dismiss_errors();
                 self.messages.push(Level::Note, text, "");
@@ -324,6 +360,16 @@ impl Session {
             Verb::HideSelected => self.hidden.extend(&self.selection),
             Verb::ShowAll => self.hidden.clear(),
             Verb::ToggleLog => self.view.shows_log ^= true,
+            Verb::ClearLog => self.messages.clear(),
+            Verb::ClearRecent => self.window.recent.clear(),
+            Verb::ToggleLeftPanel => self.window.toggle(Panel::Left),
+            Verb::ToggleRightPanel => self.window.toggle(Panel::Right),
+            Verb::ToggleBottomPanel => self.window.toggle(Panel::Bottom),
+            Verb::ZoomIn => self.window.zoom_by(1.0),
+            Verb::ZoomOut => self.window.zoom_by(-1.0),
+            Verb::ZoomReset => self.window.set_zoom(1.0),
+            Verb::ResetLayout => return self.reset_layout(),
+            Verb::ShowCommands => self.window.shows_commands ^= true,
             Verb::ThemeSystem => self.view.theme = ThemeChoice::System,
             Verb::ThemeLight => self.view.theme = ThemeChoice::Light,
             Verb::ThemeDark => self.view.theme = ThemeChoice::Dark,
@@ -411,9 +457,9 @@ impl Session {
             Event::Written { path, what } => {
                 // What could not be written before can be now.
                 self.messages.dismiss_errors();
-                self.messages.push(Level::Note, format!("Wrote the {what} to {}", path.display()), "");
+                self.tell_written(what, path);
             }
-            Event::Failed { what, error } => self.messages.push(Level::Error, what, error),
+            Event::Failed { what, error } => self.fail(what, &error),
         }
         Vec::new()
     }
@@ -434,6 +480,9 @@ impl Session {
                 SampledPart::Whole | SampledPart::Outside { .. } => Level::Detail,
             };
             self.messages.push(level, format!("{name}: {note}"), "");
+        }
+        if let (Some(path), false) = (&shape.shape.path, is_same) {
+            self.window.recent.add(path);
         }
         // What went wrong before doesn't concern the new shape.
         self.messages.dismiss_errors();
