@@ -17,7 +17,9 @@ pub mod camera;
 pub mod history;
 pub mod live;
 pub mod messages;
+pub mod scalar;
 pub mod scene;
+pub mod selection;
 pub mod view;
 
 #[cfg(test)]
@@ -29,7 +31,7 @@ use history::History;
 use live::Live;
 use messages::{Level, Messages};
 use scene::{SceneFromInput, UpAxis};
-use view::{ThemeChoice, View};
+use view::{Picks, ThemeChoice, Tool, View};
 
 /// A pace at which a person can follow each iteration, and the default run
 /// takes about three seconds. Who wants the result at once turns a slider with
@@ -62,9 +64,13 @@ pub struct Session {
     pub activity: Activity,
     pub view: View,
     pub camera: Camera,
+    /// Counts the camera's moves that no drag made: a view may ease them.
+    pub camera_jumps: u64,
     pub scene: SceneFromInput,
     /// Ids of the selected primitives.
     pub selection: BTreeSet<u32>,
+    /// Indices of the selected samples, ascending.
+    pub selected_points: Arc<[u32]>,
     /// Ids of the primitives that are not shown.
     pub hidden: BTreeSet<u32>,
     pub messages: Messages,
@@ -96,8 +102,10 @@ impl Session {
             activity: Activity::Idle,
             view: View::default(),
             camera: Camera::default(),
+            camera_jumps: 0,
             scene: SceneFromInput::fit(&[], UpAxis::Y),
             selection: BTreeSet::new(),
+            selected_points: Arc::default(),
             hidden: BTreeSet::new(),
             messages: Messages::default(),
             merge_text: None,
@@ -194,7 +202,9 @@ impl Session {
                     && !self.live.is_renewing()
                     && self.loaded.as_ref().is_some_and(|l| l.sampling != self.sampling)
             }
-            Verb::FrameSelection | Verb::HideSelected | Verb::Deselect => !self.selection.is_empty(),
+            Verb::Deselect => !self.selection.is_empty() || !self.selected_points.is_empty(),
+            Verb::FrameSelection => !self.selection.is_empty() || !self.selected_points.is_empty(),
+            Verb::HideSelected => !self.selection.is_empty(),
             Verb::FrameAll => loaded,
             Verb::ShowAll => !self.hidden.is_empty(),
             _ => true,
@@ -207,6 +217,10 @@ impl Session {
             Verb::ToggleOrthographic => Some(self.camera.orthographic),
             Verb::ToggleLive => Some(self.live.is_on),
             Verb::ToggleLog => Some(self.view.shows_log),
+            Verb::ToolClick => Some(self.view.tool == Tool::Click),
+            Verb::ToolBox => Some(self.view.tool == Tool::Box),
+            Verb::ToolLasso => Some(self.view.tool == Tool::Lasso),
+            Verb::TogglePicks => Some(self.view.picks == Picks::Points),
             Verb::ThemeSystem => Some(self.view.theme == ThemeChoice::System),
             Verb::ThemeLight => Some(self.view.theme == ThemeChoice::Light),
             Verb::ThemeDark => Some(self.view.theme == ThemeChoice::Dark),
@@ -254,6 +268,15 @@ impl Session {
                     self.selection.insert(id);
                 }
             }
+            Action::SelectPrimitives { ids, how } => {
+                let present = self.primitives().iter().map(|p| p.id).collect::<BTreeSet<_>>();
+                let meant = ids.into_iter().filter(|id| present.contains(id)).collect();
+                how.apply_to_set(&mut self.selection, meant);
+            }
+            Action::SelectPoints { samples, how } => {
+                let count = self.loaded.as_ref().map_or(0, |l| l.cloud.points.len());
+                self.selected_points = how.apply_to_list(&self.selected_points, samples, count);
+            }
             Action::SetPrimitiveVisible(id, true) => {
                 self.hidden.remove(&id);
             }
@@ -265,6 +288,8 @@ impl Session {
             Action::SetPointSize(size) => {
                 self.view.point_size = size.clamp(View::POINT_SIZE.0, View::POINT_SIZE.1);
             }
+            Action::SetColorBy(by) => self.view.color_by = by,
+            Action::SetVisibleOnly(on) => self.view.visible_only = on,
             Action::SetUpAxis(up) => {
                 self.view.up = up;
                 self.refit_scene();
@@ -273,7 +298,10 @@ impl Session {
             Action::Orbit { right, up } => self.camera.orbit(right, up),
             Action::Pan(offset) => self.camera.pan(offset),
             Action::Zoom { cursor, factor } => self.camera.zoom_to(cursor, factor),
-            Action::SetPivot(point) => self.camera.set_pivot(point),
+            Action::SetPivot(point) => {
+                self.camera_jumps += 1;
+                self.camera.set_pivot(point);
+            }
             Action::SetAspect(aspect) => self.set_aspect(aspect),
             Action::DismissErrors => self.messages.dismiss_errors(),
             Action::Tell { what, error } => self.messages.push(Level::Error, what, error),
@@ -305,22 +333,34 @@ impl Session {
             Verb::Resample => return self.command(Command::Resample(self.sampling), Activity::Loading),
             Verb::ToggleLive => return self.set_live(!self.live.is_on).into_iter().collect(),
             Verb::FrameSelection => {
-                let selected = self.primitives().iter().filter(|p| self.selection.contains(&p.id));
-                let boxes = selected.filter_map(|p| self.scene.bounds_of(&p.shape));
-                let corners = boxes.flat_map(|b| [b.min, b.max]);
-                if let Some(bounds) = Bounds::around(corners.collect::<Vec<_>>()) {
-                    self.camera.frame(&bounds);
+                if let Some(bounds) = self.selection_bounds() {
+                    self.jump(|camera| camera.frame(&bounds));
                 }
             }
-            Verb::FrameAll => self.camera.frame(&self.scene.bounds),
-            Verb::ViewFront => self.camera.look(AxisView::Front),
-            Verb::ViewBack => self.camera.look(AxisView::Back),
-            Verb::ViewRight => self.camera.look(AxisView::Right),
-            Verb::ViewLeft => self.camera.look(AxisView::Left),
-            Verb::ViewTop => self.camera.look(AxisView::Top),
-            Verb::ViewBottom => self.camera.look(AxisView::Bottom),
+            Verb::FrameAll => {
+                let bounds = self.scene.bounds;
+                self.jump(|camera| camera.frame(&bounds));
+            }
+            Verb::ViewFront => self.jump(|camera| camera.look(AxisView::Front)),
+            Verb::ViewBack => self.jump(|camera| camera.look(AxisView::Back)),
+            Verb::ViewRight => self.jump(|camera| camera.look(AxisView::Right)),
+            Verb::ViewLeft => self.jump(|camera| camera.look(AxisView::Left)),
+            Verb::ViewTop => self.jump(|camera| camera.look(AxisView::Top)),
+            Verb::ViewBottom => self.jump(|camera| camera.look(AxisView::Bottom)),
             Verb::ToggleOrthographic => self.camera.orthographic ^= true,
-            Verb::Deselect => self.selection.clear(),
+            Verb::ToolClick => self.view.tool = Tool::Click,
+            Verb::ToolBox => self.view.tool = Tool::Box,
+            Verb::ToolLasso => self.view.tool = Tool::Lasso,
+            Verb::TogglePicks => {
+                self.view.picks = match self.view.picks {
+                    Picks::Primitives => Picks::Points,
+                    Picks::Points => Picks::Primitives,
+                };
+            }
+            Verb::Deselect => {
+                self.selection.clear();
+                self.selected_points = Arc::default();
+            }
             Verb::HideSelected => self.hidden.extend(&self.selection),
             Verb::ShowAll => self.hidden.clear(),
             Verb::ToggleLog => self.view.shows_log ^= true,
@@ -354,6 +394,23 @@ impl Session {
         self.run_when_loaded = true;
         self.expect(Activity::Loading);
         Command::Load { source, sampling: self.sampling }
+    }
+
+    /// Moves the camera to another place at once.
+    fn jump(&mut self, to: impl FnOnce(&mut Camera)) {
+        self.camera_jumps += 1;
+        to(&mut self.camera);
+    }
+
+    /// The box around the selected primitives and points, in scene units.
+    fn selection_bounds(&self) -> Option<Bounds> {
+        let selected = self.primitives().iter().filter(|p| self.selection.contains(&p.id));
+        let boxes = selected.filter_map(|p| self.scene.bounds_of(&p.shape));
+        let points = self.loaded.iter().flat_map(|loaded| {
+            let samples = self.selected_points.iter();
+            samples.filter_map(|&i| loaded.cloud.points.get(i as usize)).map(|p| self.scene.point(p))
+        });
+        Bounds::around(boxes.flat_map(|b| [b.min, b.max]).chain(points).collect::<Vec<_>>())
     }
 
     fn set_aspect(&mut self, aspect: f64) {
@@ -443,6 +500,7 @@ impl Session {
         self.measuring = None;
         self.merge_text = None;
         self.selection.clear();
+        self.selected_points = Arc::default();
         self.hidden.clear();
         self.refit_scene();
         if !is_same {
