@@ -8,7 +8,7 @@ use rayon::prelude::*;
 
 use super::camera::Bounds;
 use super::scalar::Scalar;
-use crate::geometry::palette::{UNASSIGNED_COLOR, color_of};
+use crate::geometry::palette::{Colors, UNASSIGNED_COLOR};
 use crate::geometry::{NO_SAMPLE, Superquadric};
 use crate::inference::UNASSIGNED;
 use crate::io::ShapeGeometry;
@@ -117,7 +117,7 @@ pub const SELECTED_ALPHA: u8 = 128;
 #[derive(Debug, Clone, Copy)]
 pub enum Paint<'a> {
     /// The primitive of each.
-    Clusters,
+    Clusters(&'a Colors),
     /// What the file says; grey where it says nothing.
     Input,
     /// Nothing.
@@ -146,10 +146,10 @@ pub fn shown_colors(
             return [0; 4];
         }
         match paint {
-            Paint::Clusters if label != UNASSIGNED => opaque(color_of(label)),
+            Paint::Clusters(colors) if label != UNASSIGNED => opaque(colors.of(label)),
             Paint::Scalar(scalar, map) => scalar.share(sample).map_or(unassigned, |share| opaque(map(share))),
             Paint::Plain => opaque(PLAIN_COLOR),
-            Paint::Clusters | Paint::Input => unassigned,
+            Paint::Clusters(_) | Paint::Input => unassigned,
         }
     };
     let mut of_samples: Vec<[u8; 4]> =

@@ -8,7 +8,7 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 
 use crate::geometry::Superquadric;
-use crate::geometry::palette::color_of;
+use crate::geometry::palette::Colors;
 use crate::inference::Primitive;
 use crate::io::ShapeGeometry;
 use crate::render::colormap::viridis;
@@ -27,10 +27,12 @@ const QUICK_POINTS: usize = 200_000;
 const QUICK_DISTANCES: usize = 150_000;
 
 /// One state of a shape, as it is to be seen: what a viewport is given.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct SceneView<'a> {
     pub(super) loaded: Option<&'a Arc<LoadedShape>>,
     pub(super) snapshot: Option<&'a Arc<Snapshot>>,
+    /// Of primitives.
+    pub(super) colors: Arc<Colors>,
     pub(super) scene: &'a SceneFromInput,
     pub(super) camera: &'a Camera,
     /// A camera whose number changed has jumped, and may be eased.
@@ -48,9 +50,9 @@ pub(super) struct SceneView<'a> {
     pub(super) surface_scalar: Option<&'a Arc<SurfaceScalar>>,
     /// Ids of primitives that something is told about, such as a pair that may
     /// be merged.
-    pub(super) lit: &'a [u32],
+    pub(super) lit: Vec<u32>,
     /// What is not there yet, in input units.
-    pub(super) ghosts: &'a [Superquadric],
+    pub(super) ghosts: Vec<Superquadric>,
     pub(super) is_loading: bool,
 }
 
@@ -60,6 +62,7 @@ impl<'a> SceneView<'a> {
         Self {
             loaded: session.loaded.as_ref(),
             snapshot: session.snapshot.as_ref(),
+            colors: session.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default(),
             scene: &session.scene,
             camera: &session.camera,
             camera_jumps: session.camera_jumps,
@@ -69,8 +72,8 @@ impl<'a> SceneView<'a> {
             hidden: &session.hidden,
             scalar: None,
             surface_scalar: None,
-            lit: &[],
-            ghosts: &[],
+            lit: session.proposal.iter().flat_map(|p| [p.pair.0, p.pair.1]).collect(),
+            ghosts: session.proposal.iter().map(|p| p.union).collect(),
             is_loading: session.activity == Activity::Loading,
         }
     }
@@ -124,6 +127,7 @@ struct Made {
     hidden: BTreeSet<u32>,
     selection: BTreeSet<u32>,
     selected_points: Arc<[u32]>,
+    colors: Arc<Colors>,
     color_by: ColorBy,
     scalar: Option<Arc<Scalar>>,
     surface_scalar: Option<Arc<SurfaceScalar>>,
@@ -170,7 +174,9 @@ impl Scene {
         let same_transform = self.made.transform.as_ref() == Some(view.scene);
         let same_shape = same(self.made.shape.as_ref(), view.loaded) && same_transform;
         let same_snapshot = same(self.made.snapshot.as_ref(), view.snapshot) && same_shape;
-        let same_hidden = self.made.hidden == *view.hidden;
+        let same_colors = Arc::ptr_eq(&self.made.colors, &view.colors) || self.made.colors == view.colors;
+        // Both go into points and primitives.
+        let same_hidden = self.made.hidden == *view.hidden && same_colors;
         let same_paint = self.made.color_by == view.view.color_by
             && same(self.made.scalar.as_ref(), scalar.as_ref())
             && Arc::ptr_eq(&self.made.selected_points, view.selected_points);
@@ -203,11 +209,12 @@ impl Scene {
             hidden: view.hidden.clone(),
             selection: view.selection.clone(),
             selected_points: Arc::clone(view.selected_points),
+            colors: Arc::clone(&view.colors),
             color_by: view.view.color_by,
             scalar,
             surface_scalar: view.surface_scalar.cloned(),
-            lit: view.lit.to_vec(),
-            ghosts: view.ghosts.to_vec(),
+            lit: view.lit.clone(),
+            ghosts: view.ghosts.clone(),
             hovered,
         };
     }
@@ -295,7 +302,9 @@ impl Scene {
             (None, ColorBy::Input) => Paint::Input,
             (None, ColorBy::Plain) => Paint::Plain,
             // Numbers that are not there yet.
-            (None, ColorBy::Cluster | ColorBy::OwnDistance | ColorBy::NearestDistance) => Paint::Clusters,
+            (None, ColorBy::Cluster | ColorBy::OwnDistance | ColorBy::NearestDistance) => {
+                Paint::Clusters(&view.colors)
+            }
         };
         self.colors.set(shown_colors(loaded, labels, view.hidden, view.selected_points, paint));
     }
@@ -307,7 +316,7 @@ impl Scene {
             PrimitiveInstance {
                 id,
                 shape: view.scene.shape(&primitive.shape),
-                color: opaque(id),
+                color: opaque(view.colors.of(id)),
                 visible: !view.hidden.contains(&id),
                 highlight: if view.lit.contains(&id) {
                     Highlight::Lit
@@ -321,7 +330,7 @@ impl Scene {
                 ghost: false,
             }
         });
-        let ghosts = (0..).zip(view.ghosts).map(|(id, shape)| PrimitiveInstance {
+        let ghosts = (0..).zip(&view.ghosts).map(|(id, shape)| PrimitiveInstance {
             id,
             shape: view.scene.shape(shape),
             color: [255; 4],
@@ -378,7 +387,6 @@ fn same<T>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
     }
 }
 
-fn opaque(id: u32) -> [u8; 4] {
-    let [r, g, b] = color_of(id);
+fn opaque([r, g, b]: [u8; 3]) -> [u8; 4] {
     [r, g, b, 255]
 }
