@@ -172,7 +172,7 @@ impl App {
         let remembers = options.screenshot.is_none();
         if let (true, false, Some(storage)) = (remembers, options.reset_layout, cc.storage) {
             if let Some(preferences) = stored(storage, PREFERENCES) {
-                session.restore(preferences);
+                session.recall(preferences);
             }
             if let Some(sizes) = stored(storage, SIZES) {
                 interface.set_sizes(sizes);

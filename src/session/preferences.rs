@@ -74,7 +74,7 @@ impl Session {
     }
 
     /// Takes over what was remembered; values out of range are brought into it.
-    pub fn restore(&mut self, preferences: Preferences) {
+    pub fn recall(&mut self, preferences: Preferences) {
         let Preferences {
             theme,
             live,
@@ -137,7 +137,7 @@ mod tests {
         session.window.remember_command("Run");
         let stored = serde_json::to_string(&session.preferences()).unwrap();
         let mut again = fresh();
-        again.restore(serde_json::from_str(&stored).unwrap());
+        again.recall(serde_json::from_str(&stored).unwrap());
         assert_eq!(again.window, session.window);
         assert_eq!((again.view, again.pace, again.live), (session.view, session.pace, session.live));
     }
@@ -145,10 +145,10 @@ mod tests {
     #[test]
     fn another_programs_preferences_are_read_as_far_as_they_go() {
         let mut session = fresh();
-        session.restore(serde_json::from_str("{}").unwrap());
+        session.recall(serde_json::from_str("{}").unwrap());
         assert_eq!(session.preferences(), fresh().preferences());
         let newer = r#"{"theme": "light", "zoom": 99.0, "steps_per_second": 0, "colour": "mauve"}"#;
-        session.restore(serde_json::from_str(newer).unwrap());
+        session.recall(serde_json::from_str(newer).unwrap());
         assert_eq!(session.view.theme, ThemeChoice::Light);
         assert_eq!(session.window.zoom, Window::ZOOM.1);
         assert_eq!(session.pace, Pace::PerSecond(1));

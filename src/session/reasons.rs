@@ -25,20 +25,38 @@ impl Session {
                 | Verb::FrameAll
                 | Verb::ExportCloud
                 | Verb::ExportPrimitives
+                | Verb::Continue
+                | Verb::ContinueHere
+                | Verb::FirstState
+                | Verb::PreviousState
+                | Verb::NextState
+                | Verb::LastState
         );
         let is_busy = !matches!(self.activity, Activity::Idle | Activity::Renewing);
         Some(match verb {
             Verb::Pause => "Nothing is running",
-            Verb::FrameSelection | Verb::HideSelected | Verb::Deselect => "Nothing is selected",
+            Verb::FrameSelection | Verb::Deselect => "Nothing is selected",
+            Verb::HideSelected => "No primitive is selected",
+            Verb::Undo => "Nothing was done yet",
+            Verb::Redo => "Nothing was undone",
+            Verb::AcceptMerge | Verb::SkipMerge | Verb::DropMerge => "No merge is proposed",
+            Verb::MergeSelected => "Select two primitives or more",
+            Verb::SplitSelected | Verb::RefitSelected => "Select one primitive",
+            Verb::DeleteSelected | Verb::LockSelected => "Select a primitive",
+            Verb::NewCluster | Verb::BelongTogether => "Select points first",
+            Verb::ReleasePoints => "No point is pinned",
             Verb::ShowAll => "No primitive is hidden",
             Verb::ClearRecent => "No file is remembered",
             Verb::ZoomReset => "It is 100 % already",
             _ if needs_shape && self.activity == Activity::Loading => "A shape is being loaded",
             _ if needs_shape && self.loaded.is_none() => "Open a shape first",
-            Verb::Reset => "It is at its start",
+            Verb::Reset | Verb::FirstState | Verb::PreviousState => "It is at its start",
+            Verb::NextState | Verb::LastState => "It is the newest state",
+            Verb::ContinueHere => "It is the newest state: Run goes on from it",
             Verb::Resample => "The settings of the samples are those of the run",
             _ if is_busy && self.is_running() => "Pause the run first",
             _ if is_busy => "Wait until the file is written",
+            Verb::Continue => "The run is not finished: Run goes on with it",
             Verb::StepIteration if self.phase() == Some(Phase::Finished) => "The run is finished",
             Verb::StepMerge | Verb::MergeAll if self.primitives().len() < 2 => {
                 "There are no two primitives to merge"

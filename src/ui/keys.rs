@@ -2,6 +2,7 @@
 
 use crate::session::Session;
 use crate::session::action::{Action, Key, Shortcut, Verb};
+use crate::session::view::Tool;
 
 /// The verbs whose shortcuts were pressed in this frame and that would do
 /// something. Typing into a field presses next to none.
@@ -11,13 +12,17 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
         return;
     }
     let types = ctx.text_edit_focused();
-    // Space and Escape belong to a widget that was reached by the keyboard.
+    // These belong to a widget that was reached by the keyboard.
     let focused = ctx.memory(|memory| memory.focused().is_some());
     ctx.input(|input| {
         for event in &input.events {
-            let egui::Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event else {
+            let egui::Event::Key { key, pressed: true, repeat, modifiers, .. } = event else {
                 continue;
             };
+            // A held arrow key plays the timeline.
+            if *repeat && !matches!(key, egui::Key::ArrowLeft | egui::Key::ArrowRight) {
+                continue;
+            }
             let Some(key) = translate(*key) else { continue };
             // Typing into a field presses only what no text is made of.
             if types && !matches!(key, Key::Function(_)) && !is_for_the_window(key, *modifiers) {
@@ -27,7 +32,7 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
                 actions.push(action);
                 continue;
             }
-            if focused && matches!(key, Key::Space | Key::Escape) {
+            if focused && matches!(key, Key::Space | Key::Escape | Key::Enter | Key::Left | Key::Right) {
                 continue;
             }
             // Where the plus is on the keyboard decides whether Shift is held.
@@ -49,12 +54,14 @@ fn is_for_the_window(key: Key, modifiers: egui::Modifiers) -> bool {
     modifiers.command && (all_commands || matches!(key, Key::Char(c) if !edits.contains(&c)))
 }
 
-/// What Escape closes first.
+/// What Escape ends first: a window, an error, or else a tool.
 fn topmost(session: &Session) -> Option<Action> {
     let view = &session.view;
     let windows = [(view.shows_about, Verb::ShowAbout), (view.shows_shortcuts, Verb::ShowShortcuts)];
     let window = windows.into_iter().find_map(|(is_open, verb)| is_open.then_some(Action::Verb(verb)));
-    window.or_else(|| session.messages.open_error().map(|error| Action::DismissError(error.number)))
+    let error = || session.messages.open_error().map(|error| Action::DismissError(error.number));
+    let tool = || (view.tool != Tool::Click).then_some(Action::Verb(Verb::ToolClick));
+    window.or_else(error).or_else(tool)
 }
 
 fn translate(key: egui::Key) -> Option<Key> {
@@ -66,6 +73,10 @@ fn translate(key: egui::Key) -> Option<Key> {
         egui::Key::Plus => Key::Char('+'),
         egui::Key::Minus => Key::Char('-'),
         egui::Key::Equals => Key::Char('='),
+        egui::Key::Delete => Key::Delete,
+        egui::Key::Enter => Key::Enter,
+        egui::Key::ArrowLeft => Key::Left,
+        egui::Key::ArrowRight => Key::Right,
         other => {
             let name = other.name();
             let mut letters = name.chars();
