@@ -25,6 +25,7 @@ pub mod sampler;
 mod state;
 mod streams;
 mod sweep;
+mod thresholds;
 mod trust_region;
 mod two_way;
 mod uncertainty;

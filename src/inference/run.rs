@@ -41,7 +41,9 @@ impl Run {
     }
 
     /// Starts a run of `params.algorithm` on the same cloud. What depends on
-    /// the cloud alone is shared.
+    /// the cloud alone is shared. The sampler keeps locked primitives with their
+    /// id, shape, σ and points and starts its K clusters on the others; pins of
+    /// other points go. Baselines know no locks and start from nothing.
     ///
     /// # Errors
     /// As [`Run::new`].

@@ -66,9 +66,9 @@ impl Baseline {
         Ok(Self::on(Sampler::new(cloud, Self::of_start(params), cancel)?, params))
     }
 
-    /// A run from the start on the same cloud.
+    /// A run from the start on the same cloud; baselines know no locks.
     pub(crate) fn restarted(same: &Sampler, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
-        Ok(Self::on(same.restarted(Self::of_start(params), cancel)?, params))
+        Ok(Self::on(same.anew(Self::of_start(params), cancel)?, params))
     }
 
     /// All that it needs to go on, but the cloud.
