@@ -43,9 +43,9 @@ impl Frame {
         normalised / self.scale
     }
 
-    /// A length in input units, normalised.
-    pub(crate) fn normalized_length(&self, input: f64) -> f64 {
-        input * self.scale
+    /// Normalised length of a unit of the input.
+    pub(crate) fn scale(&self) -> f64 {
+        self.scale
     }
 
     /// A primitive in input units, normalised.

@@ -199,6 +199,12 @@ impl Run {
         self.only_sampler()?.edit(edit, cancel)
     }
 
+    /// The least semi-axis that [`Edit::SetShape`] accepts, in input units.
+    pub fn smallest_axis(&self) -> f64 {
+        let model = &self.sampler().state.model;
+        model.frame.length(model.axis_floor())
+    }
+
     /// Lets the sampler make `more` further iterations from the present state,
     /// whether or not it had finished: T becomes the iterations made so far and
     /// `more`, at least 1, within the limits of T.

@@ -9,6 +9,7 @@ use super::abstraction::{Abstraction, Figures, MergeReport, Occurrence, Phase, P
 use super::adjust::{self, LATE_ITERATION};
 use super::fit::{Effort, START_SHRINK, fit, sum_squared_radial};
 use super::frame::Frame;
+use super::joint::log_joint;
 use super::kmeans::kmeans;
 use super::merge::{MergeCache, merge_once};
 use super::moments::ellipsoid_of_moments;
@@ -17,6 +18,7 @@ use super::refine;
 use super::state::{Cluster, Model, SMALLEST_CLUSTER, State, distinct};
 use super::streams::{Purpose, stream};
 use super::sweep::sweep;
+use crate::geometry::kernel::Distance;
 use crate::geometry::{SampleCloud, kernel};
 
 /// Iterations between two merge passes.
@@ -194,11 +196,17 @@ impl Sampler {
             return Err(InferenceError::Cancelled);
         }
         self.state = state;
-        if report.is_some() && self.phase != Phase::Finished && self.state.iteration >= self.params.iterations
-        {
-            self.phase = Phase::Merging;
+        if report.is_some() {
+            self.settle_after_merge();
         }
         Ok(report)
+    }
+
+    /// After the last iteration merging is a phase of its own.
+    pub(super) fn settle_after_merge(&mut self) {
+        if self.phase != Phase::Finished && self.state.iteration >= self.params.iterations {
+            self.phase = Phase::Merging;
+        }
     }
 
     fn iterate(&mut self, cancel: &Cancel, occurrences: &mut Vec<Occurrence>) {
@@ -312,6 +320,7 @@ impl Sampler {
         let state = &self.state;
         let frame = &state.model.frame;
         let members = state.members();
+        let mut tables = Vec::with_capacity(members.len());
         let primitives: Vec<Primitive> = state
             .clusters
             .iter()
@@ -321,6 +330,8 @@ impl Sampler {
                 let mut distances = Vec::new();
                 kernel::euclidean_distances(&cluster.shape, &block, &mut distances);
                 let sum: f64 = distances.into_iter().map(f64::from).sum();
+                let sum_d2 = kernel::cost(&cluster.shape, &block, Distance::Radial);
+                tables.push((points.len(), sum_d2, cluster.sigma));
                 Primitive {
                     id: cluster.id,
                     shape: frame.shape(&cluster.shape),
@@ -337,6 +348,7 @@ impl Sampler {
             .map(|&l| if l == UNASSIGNED { UNASSIGNED } else { state.clusters[l as usize].id })
             .collect();
         let assigned: usize = primitives.iter().map(|p| p.points).sum();
+        let unassigned = state.labels.len() - assigned;
         let sum: f64 = primitives.iter().map(|p| p.mean_distance * p.points as f64).sum();
         Abstraction {
             phase: self.phase,
@@ -345,9 +357,9 @@ impl Sampler {
             pinned: Arc::clone(&state.pinned),
             figures: Figures {
                 clusters: primitives.len(),
-                unassigned: state.labels.len() - assigned,
+                unassigned,
                 mean_distance: sum / assigned.max(1) as f64,
-                log_joint: None,
+                log_joint: Some(log_joint(self.params.alpha, self.params.p0, &tables, unassigned)),
             },
             primitives: primitives.into(),
         }

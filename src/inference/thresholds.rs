@@ -12,9 +12,9 @@ use super::state::{Model, State};
 use crate::geometry::Superquadric;
 
 /// The pair must fill this share of what holds both.
-const FILL: f64 = 0.7;
+pub(crate) const FILL: f64 = 0.7;
 /// Mean squared relative radial error under which a union is good.
-const RELATIVE: f64 = 5e-3;
+pub(crate) const RELATIVE: f64 = 5e-3;
 /// Mean d² under which a union is good, in the first pass and later.
 const MEAN_D2: (f64, f64) = (1e-3, 1e-2);
 
@@ -50,9 +50,6 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    pub(crate) const FILL: f64 = FILL;
-    pub(crate) const RELATIVE: f64 = RELATIVE;
-
     /// Why the union is good, or why it isn't.
     pub(crate) fn verdict(&self) -> Result<String, String> {
         let Self { fill, volumes, relative, worse_relative, mean_d2, worse_mean_d2, limit } = *self;
@@ -108,15 +105,18 @@ impl<'a> Pair<'a> {
     }
 
     /// One primitive for both; `None` when cancelled.
-    pub(crate) fn fit(&self, params: &Params, cancel: &Cancel) -> Option<Union> {
+    pub(crate) fn fit(&self, params: &Params, cancel: &Cancel) -> Option<Superquadric> {
         let warm = self.shapes.map(|s| *s);
         let floor = self.model.axis_floor();
-        let found = fit(&self.points, &warm, floor, Effort::THOROUGH, params.fit_distance, cancel)?;
-        let sum_d2 = sum_squared_radial(&found.shape, &self.points);
-        Some(Union { shape: found.shape, sum_d2, reason: String::new() })
+        fit(&self.points, &warm, floor, Effort::THOROUGH, params.fit_distance, cancel).map(|m| m.shape)
     }
 
-    pub(crate) fn measure(&self, union: &Union) -> Measured {
+    /// The union as a merge takes it.
+    pub(crate) fn union(&self, shape: Superquadric, measured: &Measured, reason: String) -> Union {
+        Union { shape, sum_d2: measured.mean_d2 * self.points.len().max(1) as f64, reason }
+    }
+
+    pub(crate) fn measure(&self, union: &Superquadric) -> Measured {
         let relative = |shape: &Superquadric, points: &[Point3<f64>]| {
             let square = |p: &Point3<f64>| {
                 let q = shape.untapered(&shape.local(p)).norm().max(self.model.axis_floor());
@@ -132,10 +132,10 @@ impl<'a> Pair<'a> {
         };
         Measured {
             fill: self.fill(),
-            volumes: (self.shapes[0].volume() + self.shapes[1].volume()) / union.shape.volume(),
-            relative: relative(&union.shape, &self.points),
+            volumes: (self.shapes[0].volume() + self.shapes[1].volume()) / union.volume(),
+            relative: relative(union, &self.points),
             worse_relative: worse(&relative),
-            mean_d2: mean_d2(&union.shape, &self.points),
+            mean_d2: mean_d2(union, &self.points),
             worse_mean_d2: worse(&mean_d2),
             limit: self.limit,
         }
@@ -147,8 +147,8 @@ impl<'a> Pair<'a> {
         if self.fill() < FILL {
             return None;
         }
-        let union = self.fit(params, cancel)?;
-        let reason = self.measure(&union).verdict().ok()?;
-        Some(Union { reason, ..union })
+        let shape = self.fit(params, cancel)?;
+        let measured = self.measure(&shape);
+        measured.verdict().ok().map(|reason| self.union(shape, &measured, reason))
     }
 }

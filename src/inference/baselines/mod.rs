@@ -12,7 +12,7 @@ mod ems;
 
 use std::sync::Arc;
 
-use super::abstraction::{Abstraction, Occurrence, Phase, UNASSIGNED};
+use super::abstraction::{Abstraction, Figures, Occurrence, Phase, UNASSIGNED};
 use super::checkpoint::{self, Checkpoint, Part};
 use super::fit::{Effort, fit, sum_squared_radial};
 use super::kmeans::kmeans;
@@ -197,7 +197,9 @@ impl Baseline {
     }
 
     pub(crate) fn abstraction(&self) -> Abstraction {
-        Abstraction { iteration: self.steps, ..self.base.abstraction() }
+        let whole = self.base.abstraction();
+        let figures = Figures { log_joint: None, ..whole.figures };
+        Abstraction { iteration: self.steps, figures, ..whole }
     }
 }
 

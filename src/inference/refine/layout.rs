@@ -274,12 +274,7 @@ impl<'a> Layout<'a> {
     /// is far from being worth having.
     pub(crate) fn glance_at_union(&self, list: &[usize], before: f64) -> Option<Glimpse> {
         let points = self.union(list);
-        if points.len() <= SMALLEST_CLUSTER {
-            return None;
-        }
-        let largest = *list.iter().max_by_key(|&&j| self.members[j].len())?;
-        let few: Vec<u32> = points.iter().step_by(points.len().div_ceil(GLANCE_POINTS)).copied().collect();
-        let shape = self.one_way(&few, &[self.pieces()[largest].shape], Effort::GLANCE)?;
+        let shape = self.shape_at_a_glance(list, &points)?;
         // The points alone say as much in most cases.
         let gathered = self.model.gather(&points).into_iter().collect();
         let together = kernel::rounded_cost(&shape, &gathered, ROUNDING * self.model.spacing);
@@ -290,6 +285,31 @@ impl<'a> Layout<'a> {
         }
         let rise = self.rise(list, &[shape], before);
         (rise < HOPELESS_GLANCE).then_some(Glimpse { shape, rise })
+    }
+
+    fn shape_at_a_glance(&self, list: &[usize], points: &[u32]) -> Option<Superquadric> {
+        if points.len() <= SMALLEST_CLUSTER {
+            return None;
+        }
+        let largest = *list.iter().max_by_key(|&&j| self.members[j].len())?;
+        let few: Vec<u32> = points.iter().step_by(points.len().div_ceil(GLANCE_POINTS)).copied().collect();
+        self.one_way(&few, &[self.pieces()[largest].shape], Effort::GLANCE)
+    }
+
+    /// A first look, however little it is worth having.
+    pub(crate) fn rough_union(&self, list: &[usize], before: f64) -> Option<Glimpse> {
+        let shape = self.shape_at_a_glance(list, &self.union(list))?;
+        Some(Glimpse { shape, rise: self.rise(list, &[shape], before) })
+    }
+
+    /// One primitive for the points of several, and those points, however little
+    /// it is worth having.
+    pub(crate) fn any_union(&self, list: &[usize], before: f64) -> Option<(Superquadric, Vec<u32>)> {
+        let glimpse = self.rough_union(list, before)?;
+        let points = self.union(list);
+        let start = self.one_way(&points, &[glimpse.shape], Effort::THOROUGH)?;
+        let shape = self.two_way(&points, &[start], &self.others(list), PROPOSAL_STEPS, Detail::Rough)?;
+        Some((shape, points))
     }
 
     /// One primitive for the points of several, from the first look on, and
