@@ -42,13 +42,15 @@ impl Run {
             sigma: 0.125,
             points: labels.iter().filter(|&&l| l == id).count(),
             mean_distance: 0.01,
+            locked: false,
         };
         let unassigned = labels.iter().filter(|&&l| l == UNASSIGNED).count();
         let abstraction = Abstraction {
             phase: Phase::Finished,
             iteration: 2,
             primitives: [4, 11].map(primitive).into(),
-            figures: Figures { clusters: 2, unassigned, mean_distance: 0.01 },
+            figures: Figures { clusters: 2, unassigned, mean_distance: 0.01, log_joint: None },
+            pinned: [].into(),
             labels,
         };
         Self { shape, cloud, params: Params::default(), abstraction }

@@ -30,7 +30,7 @@ pub(crate) const LOG_FLOOR: f64 = 1e-12;
 pub const TAPER_FLOOR: f64 = 0.02;
 
 /// A tapered superquadric θ = (ε1, ε2, ax, ay, az, R, t, kx, ky).
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Superquadric {
     /// Shape exponents (ε1, ε2): ε1 along the profile (north to south), ε2
     /// around the equator. Near 0 a box, 1 an ellipsoid, 2 an octahedron.

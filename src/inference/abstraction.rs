@@ -3,13 +3,15 @@
 
 use std::sync::Arc;
 
+use serde::{Deserialize, Serialize};
+
 use crate::geometry::Superquadric;
 
 /// The label of a point that belongs to no primitive.
 pub const UNASSIGNED: u32 = u32::MAX;
 
 /// One primitive of the abstraction.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Primitive {
     /// Stable through the run: a primitive keeps its id from iteration to
     /// iteration, and no other one gets it.
@@ -23,10 +25,13 @@ pub struct Primitive {
     /// Mean Euclidean distance of those samples to the surface (first order:
     /// |r|/|∇r|), in input units; 0 where there are none.
     pub mean_distance: f64,
+    /// Whether the sampler leaves it and its points alone.
+    #[serde(default)]
+    pub locked: bool,
 }
 
 /// Which part of the run the state belongs to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Phase {
     /// No step has been made.
@@ -47,12 +52,15 @@ pub struct Abstraction {
     pub iteration: u32,
     /// For each sample the id of its primitive, or [`UNASSIGNED`].
     pub labels: Arc<[u32]>,
+    /// Samples, in ascending order, that a person has said belong to their
+    /// primitive: no step changes their label. Usually none.
+    pub pinned: Arc<[u32]>,
     pub primitives: Arc<[Primitive]>,
     pub figures: Figures,
 }
 
 /// Figures of one state.
-#[derive(Debug, Clone, Copy, Default, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 pub struct Figures {
     /// Number of primitives, K.
     pub clusters: usize,
@@ -61,10 +69,14 @@ pub struct Figures {
     /// Mean Euclidean distance (first order) of the assigned samples to their
     /// primitive, in input units.
     pub mean_distance: f64,
+    /// Log of the joint density of labels and points given the primitives, in
+    /// nats; see [`super::log_joint`]. `None` where a baseline has no such model.
+    #[serde(default)]
+    pub log_joint: Option<f64>,
 }
 
 /// One accepted merge and the numbers that spoke for it.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct MergeReport {
     /// Ids of the two clusters that became one.
     pub merged: (u32, u32),
@@ -75,7 +87,7 @@ pub struct MergeReport {
 }
 
 /// What happened between two states.
-#[derive(Debug, Clone, PartialEq, serde::Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Occurrence {
     Born {
@@ -102,4 +114,47 @@ pub enum Occurrence {
         id: u32,
     },
     Merged(MergeReport),
+    /// A person has changed the primitive's shape.
+    Edited {
+        id: u32,
+    },
+    /// A person has asked to fit the primitive to its points again.
+    Refitted {
+        id: u32,
+    },
+    Locked {
+        id: u32,
+    },
+    Unlocked {
+        id: u32,
+    },
+    /// A person has made one primitive of these; `into` is the one that stays.
+    Joined {
+        ids: Vec<u32>,
+        into: u32,
+    },
+    /// A person has had the primitive cut in two; `into` is the new one.
+    Halved {
+        id: u32,
+        into: u32,
+    },
+    /// A person has deleted the primitive; so many points have lost their label.
+    Deleted {
+        id: u32,
+        points: usize,
+    },
+    /// A person has made a primitive for some points.
+    Created {
+        id: u32,
+        points: usize,
+    },
+    /// A person has said that some points belong to the primitive.
+    Pinned {
+        id: u32,
+        points: usize,
+    },
+    /// A person has let go of some points.
+    Released {
+        points: usize,
+    },
 }

@@ -6,9 +6,11 @@ use std::collections::btree_map::{BTreeMap, Entry};
 
 use nalgebra::Vector3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::abstraction::MergeReport;
 use super::adjust::LATE_ITERATION;
+use super::checkpoint::RememberedUnion;
 use super::energy::{self, Piece};
 use super::fit::{Effort, fit, sum_squared_radial};
 use super::params::{MergeRule, Params};
@@ -25,13 +27,14 @@ const RELATIVE: f64 = 5e-3;
 /// Paper: mean d² under which a union is good, in the first pass and later.
 const MEAN_D2: (f64, f64) = (1e-3, 1e-2);
 
-/// One primitive for two clusters.
-#[derive(Debug, Clone)]
-struct Union {
-    shape: Superquadric,
+/// One primitive for two clusters, in the normalised frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Union {
+    pub shape: Superquadric,
     /// Σ d² of the union.
-    sum_d2: f64,
-    reason: String,
+    pub sum_d2: f64,
+    /// Why it is acceptable, where the rule remembers that.
+    pub reason: String,
 }
 
 /// Proposals by the revisions of the two clusters: what did not change since
@@ -40,6 +43,16 @@ struct Union {
 pub(crate) struct MergeCache(BTreeMap<(u64, u64), Option<Union>>);
 
 impl MergeCache {
+    /// The proposals of clusters that are `alive`, by revision, as plain data.
+    pub(crate) fn remembered(&self, alive: &BTreeSet<u64>) -> Vec<RememberedUnion> {
+        let kept = self.0.iter().filter(|((a, b), _)| alive.contains(a) && alive.contains(b));
+        kept.map(|(&revisions, union)| RememberedUnion { revisions, union: union.clone() }).collect()
+    }
+
+    pub(crate) fn of(remembered: &[RememberedUnion]) -> Self {
+        Self(remembered.iter().map(|r| (r.revisions, r.union.clone())).collect())
+    }
+
     /// Forgets proposals of clusters that are not `alive`, by revision.
     pub(crate) fn retain(&mut self, alive: &BTreeSet<u64>) {
         self.0.retain(|(a, b), _| alive.contains(a) && alive.contains(b));

@@ -6,7 +6,10 @@
 pub mod abstraction;
 mod adjust;
 mod baselines;
+pub mod checkpoint;
+pub mod edit;
 mod energy;
+mod explain;
 mod field;
 mod fit;
 mod frame;
@@ -15,6 +18,7 @@ mod merge;
 pub mod method;
 mod moments;
 pub mod params;
+pub mod proposal;
 mod refine;
 mod run;
 pub mod sampler;
@@ -23,12 +27,21 @@ mod streams;
 mod sweep;
 mod trust_region;
 mod two_way;
+mod uncertainty;
 
 pub use abstraction::{Abstraction, Figures, MergeReport, Occurrence, Phase, Primitive, UNASSIGNED};
+pub use checkpoint::Checkpoint;
+pub use edit::Edit;
+pub use explain::{
+    Explanation, NewTable, Odds, expected_tables, explain, new_table_distance, normalised_scale,
+};
 pub use method::{Algorithm, Method, Setting};
 pub use params::{MergeRule, Params};
+pub use proposal::{MergeProposal, TestNumber};
 pub use run::Run;
 pub use sampler::{Cancel, InferenceError, Sampler};
+pub use state::Cluster;
+pub use uncertainty::{align_labels, disagreement, label_entropy};
 
 #[cfg(test)]
 mod tests;

@@ -51,6 +51,12 @@ pub enum InferenceError {
     TooFewPoints { points: usize },
     #[error("{0}")]
     Params(String),
+    /// A saved state that no run can go on from.
+    #[error("the saved state can't be continued: {0}; start the run again")]
+    Checkpoint(String),
+    /// An edit that can't be made, and what to do about it.
+    #[error("{0}")]
+    Edit(String),
     /// The step was cancelled; the state is the one before the step.
     #[error("cancelled")]
     Cancelled,
@@ -63,13 +69,18 @@ pub struct Sampler {
     pub(super) params: Params,
     pub(super) state: State,
     pub(super) phase: Phase,
-    cache: MergeCache,
+    pub(super) cache: MergeCache,
 }
 
 impl Sampler {
     /// Starts a run: normalises the cloud and clusters it by k-means.
     pub fn new(cloud: Arc<SampleCloud>, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
         params.check().map_err(InferenceError::Params)?;
+        Self::start(Self::model_of(&cloud, cancel)?, params, cancel)
+    }
+
+    /// What depends on the cloud alone.
+    pub(super) fn model_of(cloud: &SampleCloud, cancel: &Cancel) -> Result<Arc<Model>, InferenceError> {
         let frame = Frame::of(&cloud.points);
         let places = distinct(&cloud.points);
         let (Some(frame), true) = (frame, places.len() > SMALLEST_CLUSTER) else {
@@ -78,7 +89,7 @@ impl Sampler {
         if cancel.is_requested() {
             return Err(InferenceError::Cancelled);
         }
-        Self::start(Arc::new(Model::new(frame, &cloud.points)), params, cancel)
+        Ok(Arc::new(Model::new(frame, &cloud.points)))
     }
 
     /// A run from the start on the same cloud, whose neighbourhoods need not be
@@ -99,6 +110,7 @@ impl Sampler {
             frozen: vec![false; labels.len()],
             labels,
             iteration: 0,
+            pinned: Arc::default(),
             next_id: 0,
             next_revision: 0,
             model,
@@ -113,7 +125,7 @@ impl Sampler {
             let id = state.new_id();
             let sigma = state.model.draw_first_sigma(&mut stream(params.seed, Purpose::StartSigma, 0, id));
             let revision = state.new_revision();
-            state.clusters.push(Cluster { id, revision, shape, sigma });
+            state.clusters.push(Cluster { id, revision, shape, sigma, locked: false });
         }
         // k-means may leave a centre without points.
         state.remove_clusters(&members.iter().map(Vec::is_empty).collect::<Vec<_>>());
@@ -301,6 +313,7 @@ impl Sampler {
                     sigma: frame.length(cluster.sigma),
                     points: points.len(),
                     mean_distance: frame.length(sum / points.len().max(1) as f64),
+                    locked: cluster.locked,
                 }
             })
             .collect();
@@ -315,10 +328,12 @@ impl Sampler {
             phase: self.phase,
             iteration: state.iteration,
             labels,
+            pinned: Arc::clone(&state.pinned),
             figures: Figures {
                 clusters: primitives.len(),
                 unassigned: state.labels.len() - assigned,
                 mean_distance: sum / assigned.max(1) as f64,
+                log_joint: None,
             },
             primitives: primitives.into(),
         }

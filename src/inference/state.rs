@@ -6,6 +6,7 @@ use std::sync::Arc;
 use nalgebra::Point3;
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, Gamma};
+use serde::{Deserialize, Serialize};
 
 use super::abstraction::UNASSIGNED;
 use super::field::Field;
@@ -101,14 +102,19 @@ impl Model {
     }
 }
 
-/// One cluster: a table of the restaurant with its dish.
-#[derive(Debug, Clone)]
-pub(crate) struct Cluster {
-    pub(crate) id: u32,
+/// One cluster: a table of the restaurant with its dish, in the normalised
+/// frame.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Cluster {
+    /// Stable through the run.
+    pub id: u32,
     /// Changes whenever the shape or the points do, never repeats.
-    pub(crate) revision: u64,
-    pub(crate) shape: Superquadric,
-    pub(crate) sigma: f64,
+    pub revision: u64,
+    pub shape: Superquadric,
+    /// Noise σ.
+    pub sigma: f64,
+    /// Whether the sampler leaves it and its points alone.
+    pub locked: bool,
 }
 
 /// The state that steps change. A clone is a checkpoint.
@@ -120,6 +126,8 @@ pub(crate) struct State {
     pub(crate) labels: Vec<u32>,
     /// Points that sweeps pass over.
     pub(crate) frozen: Vec<bool>,
+    /// Points whose label no step changes, in ascending order; each has one.
+    pub(crate) pinned: Arc<[u32]>,
     pub(crate) iteration: u32,
     pub(crate) next_id: u32,
     pub(crate) next_revision: u64,

@@ -224,7 +224,7 @@ pub(crate) fn sweep(state: &mut State, params: &Params, occurrences: &mut Vec<Oc
         let id = tables.state.new_id();
         let sigma = model.draw_first_sigma(&mut stream(params.seed, Purpose::Birth, iteration, id));
         let revision = tables.state.new_revision();
-        tables.state.clusters.push(Cluster { id, revision, shape, sigma });
+        tables.state.clusters.push(Cluster { id, revision, shape, sigma, locked: false });
         tables.density.push(&model, &tables.state.clusters);
         tables.count.push(0.0);
         let table = tables.state.clusters.len() as u32 - 1;

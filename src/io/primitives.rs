@@ -158,5 +158,6 @@ fn primitive(entry: &PrimitiveEntry) -> Result<Primitive, String> {
         sigma: entry.sigma,
         points: entry.points,
         mean_distance: entry.mean_distance,
+        locked: false,
     })
 }

@@ -10,7 +10,7 @@ use tempfile::NamedTempFile;
 
 use super::error::WriteError;
 use super::{Shape, ShapeGeometry, primitives};
-use crate::geometry::palette::{UNASSIGNED_COLOR, color_of};
+use crate::geometry::palette::{Colors, UNASSIGNED_COLOR};
 use crate::geometry::{Isolated, SampleCloud, SampledPart, SamplingOptions, Surface};
 use crate::inference::{Abstraction, MergeReport, Method, Params, Phase, Primitive, UNASSIGNED};
 
@@ -22,6 +22,8 @@ pub const REPORT_FILE: &str = "report.json";
 /// A state of a run with all that it came from: what the files are made of.
 #[derive(Debug, Clone, Copy)]
 pub struct Outcome<'a> {
+    /// Of the primitives and their points.
+    pub colors: &'a Colors,
     pub shape: &'a Shape,
     pub cloud: &'a SampleCloud,
     pub sampling: SamplingOptions,
@@ -191,7 +193,7 @@ fn unfit(problem: impl Into<String>) -> io::Error {
 }
 
 fn segmented_ply(w: &mut impl Write, outcome: &Outcome<'_>) -> io::Result<()> {
-    let Outcome { shape, cloud, abstraction, .. } = *outcome;
+    let Outcome { shape, cloud, abstraction, colors, .. } = *outcome;
     let points = match &shape.geometry {
         ShapeGeometry::Mesh(_) => &cloud.points,
         ShapeGeometry::Cloud(input) => &input.points,
@@ -214,7 +216,7 @@ fn segmented_ply(w: &mut impl Write, outcome: &Outcome<'_>) -> io::Result<()> {
         let (color, label) = if label == UNASSIGNED {
             (UNASSIGNED_COLOR, -1)
         } else {
-            (color_of(label), i32::try_from(label).map_err(|_| unfit("an id is too large for a label"))?)
+            (colors.of(label), i32::try_from(label).map_err(|_| unfit("an id is too large for a label"))?)
         };
         for c in p.iter() {
             w.write_all(&c.to_le_bytes())?;

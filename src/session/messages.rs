@@ -94,6 +94,19 @@ pub(super) fn of_step(snapshot: &Snapshot) -> String {
             Occurrence::Merged(report) => {
                 format!("{} and {} became {}", report.merged.0, report.merged.1, report.into)
             }
+            Occurrence::Edited { id } => format!("{id} was given another shape"),
+            Occurrence::Refitted { id } => format!("{id} was fitted again"),
+            Occurrence::Locked { id } => format!("{id} was locked"),
+            Occurrence::Unlocked { id } => format!("{id} was unlocked"),
+            Occurrence::Joined { ids, into } => {
+                let ids: Vec<String> = ids.iter().map(u32::to_string).collect();
+                format!("{} were made one, {into}", ids.join(", "))
+            }
+            Occurrence::Halved { id, into } => format!("{id} was cut in two, {id} and {into}"),
+            Occurrence::Deleted { id, points } => format!("{id} was deleted ({points} points)"),
+            Occurrence::Created { id, points } => format!("{id} was made of {points} points"),
+            Occurrence::Pinned { id, points } => format!("{points} points were pinned to {id}"),
+            Occurrence::Released { points } => format!("{points} points were released"),
         })
         .collect();
     let step = if snapshot.start.algorithm == Algorithm::Sampler { "Iteration" } else { "Step" };

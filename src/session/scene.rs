@@ -7,7 +7,7 @@ use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use rayon::prelude::*;
 
 use super::camera::Bounds;
-use crate::geometry::palette::{UNASSIGNED_COLOR, color_of};
+use crate::geometry::palette::UNASSIGNED_COLOR;
 use crate::geometry::{NO_SAMPLE, Superquadric};
 use crate::inference::UNASSIGNED;
 use crate::io::ShapeGeometry;
@@ -108,7 +108,12 @@ pub fn sample_of_shown(loaded: &LoadedShape, shown: usize) -> Option<usize> {
 /// The colours of the shown points, RGBA in sRGB encoding: those of the
 /// primitives that the samples' `labels` name, transparent where they are
 /// `hidden`, grey where there is none.
-pub fn shown_colors(loaded: &LoadedShape, labels: &[u32], hidden: &BTreeSet<u32>) -> Vec<[u8; 4]> {
+pub fn shown_colors(
+    loaded: &LoadedShape,
+    labels: &[u32],
+    hidden: &BTreeSet<u32>,
+    color_of: impl Fn(u32) -> [u8; 3],
+) -> Vec<[u8; 4]> {
     let [r, g, b] = UNASSIGNED_COLOR;
     let unassigned = [r, g, b, 255];
     let color = |label: u32| match label {

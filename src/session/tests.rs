@@ -27,12 +27,14 @@ fn snapshot(ids: &[u32], phase: Phase, iteration: u32, occurrences: Vec<Occurren
             sigma: 0.1,
             points: 3,
             mean_distance: 0.01,
+            locked: false,
         })
         .collect();
     let abstraction = Abstraction {
         phase,
         iteration,
         labels: vec![0; 9].into(),
+        pinned: [].into(),
         primitives,
         figures: Figures { clusters: ids.len(), ..Figures::default() },
     };

@@ -9,19 +9,23 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
     if ctx.text_edit_focused() {
         return;
     }
-    // Space and Escape belong to a widget that was reached by the keyboard.
+    // These belong to a widget that was reached by the keyboard.
     let focused = ctx.memory(|memory| memory.focused().is_some());
     ctx.input(|input| {
         for event in &input.events {
-            let egui::Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event else {
+            let egui::Event::Key { key, pressed: true, repeat, modifiers, .. } = event else {
                 continue;
             };
+            // A held arrow key plays the timeline.
+            if *repeat && !matches!(key, egui::Key::ArrowLeft | egui::Key::ArrowRight) {
+                continue;
+            }
             let Some(key) = translate(*key) else { continue };
             if let (Key::Escape, true, Some(verb)) = (key, modifiers.is_none(), topmost(session)) {
                 actions.push(Action::Verb(verb));
                 continue;
             }
-            if focused && matches!(key, Key::Space | Key::Escape) {
+            if focused && matches!(key, Key::Space | Key::Escape | Key::Enter | Key::Left | Key::Right) {
                 continue;
             }
             let shortcut =
@@ -52,6 +56,10 @@ fn translate(key: egui::Key) -> Option<Key> {
         egui::Key::Space => Key::Space,
         egui::Key::Escape => Key::Escape,
         egui::Key::Backspace => Key::Backspace,
+        egui::Key::Delete => Key::Delete,
+        egui::Key::Enter => Key::Enter,
+        egui::Key::ArrowLeft => Key::Left,
+        egui::Key::ArrowRight => Key::Right,
         other => {
             let name = other.name();
             let mut letters = name.chars();

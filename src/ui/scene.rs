@@ -6,7 +6,6 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use crate::geometry::palette::color_of;
 use crate::inference::UNASSIGNED;
 use crate::io::ShapeGeometry;
 use crate::render::{Highlight, PickScene, PointIndex, PrimitiveInstance};
@@ -131,11 +130,12 @@ impl Scene {
     fn color_points(&mut self, session: &Session) {
         let colors = match (&session.snapshot, &session.loaded) {
             (Some(snapshot), Some(loaded)) => {
-                shown_colors(loaded, &snapshot.abstraction.labels, &session.hidden)
+                shown_colors(loaded, &snapshot.abstraction.labels, &session.hidden, |id| session.color_of(id))
             }
             // Nothing is labelled yet.
             (None, Some(loaded)) => {
-                shown_colors(loaded, &vec![UNASSIGNED; loaded.cloud.points.len()], &session.hidden)
+                let labels = vec![UNASSIGNED; loaded.cloud.points.len()];
+                shown_colors(loaded, &labels, &session.hidden, |id| session.color_of(id))
             }
             (_, None) => Vec::new(),
         };
@@ -152,7 +152,7 @@ impl Scene {
                 PrimitiveInstance {
                     id,
                     shape: session.scene.shape(&primitive.shape),
-                    color: opaque(id),
+                    color: opaque(session.color_of(id)),
                     visible: !session.hidden.contains(&id),
                     highlight: if session.selection.contains(&id) {
                         Highlight::Selected
@@ -190,7 +190,6 @@ fn same<T>(a: &Option<Arc<T>>, b: &Option<Arc<T>>) -> bool {
     }
 }
 
-fn opaque(id: u32) -> [u8; 4] {
-    let [r, g, b] = color_of(id);
+fn opaque([r, g, b]: [u8; 3]) -> [u8; 4] {
     [r, g, b, 255]
 }

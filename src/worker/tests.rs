@@ -88,6 +88,7 @@ impl Machine for Scripted {
             phase: Phase::Sampling,
             iteration: self.iteration,
             labels: vec![UNASSIGNED; self.points].into(),
+            pinned: [].into(),
             primitives: Vec::new().into(),
             figures: Figures { clusters: self.merges as usize, ..Figures::default() },
         }

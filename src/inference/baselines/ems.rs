@@ -22,6 +22,7 @@ use std::sync::Arc;
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
+use super::super::checkpoint::Recovered;
 use super::super::fit::{START_SHRINK, similar_configurations};
 use super::super::moments::{box_of_extents, ellipsoid_of_moments};
 use super::super::sampler::Cancel;
@@ -266,6 +267,28 @@ impl Recovery {
             switches: 0,
             is_done: false,
         }
+    }
+
+    /// How far it has come.
+    pub(crate) fn recovered(&self) -> Recovered {
+        let Self { problem, estimate, rounds, switches, is_done } = self;
+        Recovered {
+            shape: estimate.shape,
+            sigma: estimate.sigma,
+            likelihood: estimate.likelihood,
+            rounds: *rounds,
+            switches: *switches,
+            is_done: *is_done,
+            outlier_prior: problem.outlier_prior,
+            distance: problem.distance,
+        }
+    }
+
+    /// The recovery that had come so far with the same problem.
+    pub(crate) fn resumed(problem: Problem, saved: &Recovered) -> Self {
+        let Recovered { shape, sigma, likelihood, rounds, switches, is_done, .. } = *saved;
+        let estimate = Estimate { shape, sigma, likelihood };
+        Self { problem: Arc::new(problem), estimate, rounds, switches, is_done }
     }
 
     /// Takes another prior and distance from here on.

@@ -13,12 +13,13 @@ mod ems;
 use std::sync::Arc;
 
 use super::abstraction::{Abstraction, Occurrence, Phase, UNASSIGNED};
+use super::checkpoint::{self, Checkpoint, Part};
 use super::fit::{Effort, fit, sum_squared_radial};
 use super::kmeans::kmeans;
 use super::method::Algorithm;
 use super::params::Params;
 use super::sampler::{Cancel, InferenceError, Sampler};
-use super::state::{Cluster, SMALLEST_CLUSTER, State};
+use super::state::{Cluster, Model, SMALLEST_CLUSTER, State};
 use super::streams::{Purpose, stream};
 use crate::geometry::SampleCloud;
 use ems::{Problem, Recovery};
@@ -54,12 +55,6 @@ enum Work {
     Parts(Vec<Part>),
 }
 
-#[derive(Debug, Clone)]
-struct Part {
-    points: Vec<u32>,
-    depth: u32,
-}
-
 impl Baseline {
     /// # Errors
     /// As [`Sampler::new`].
@@ -74,6 +69,33 @@ impl Baseline {
     /// A run from the start on the same cloud.
     pub(crate) fn restarted(same: &Sampler, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
         Ok(Self::on(same.restarted(Self::of_start(params), cancel)?, params))
+    }
+
+    /// All that it needs to go on, but the cloud.
+    pub(crate) fn checkpoint(&self) -> Checkpoint {
+        let work = match &self.work {
+            Work::Fits(at) => checkpoint::Work::Fits(*at),
+            Work::One(recovery) => checkpoint::Work::One(recovery.as_ref().map(|r| r.recovered())),
+            Work::Parts(parts) => checkpoint::Work::Parts(parts.clone()),
+        };
+        Checkpoint { iteration: self.steps, work, ..Checkpoint::of(&self.base) }
+    }
+
+    /// The run that a checked checkpoint was taken of.
+    pub(crate) fn resumed(checkpoint: &Checkpoint, model: Arc<Model>) -> Self {
+        let mut base = checkpoint.sampler(Arc::clone(&model));
+        // The steps are counted here.
+        base.state.iteration = 0;
+        let work = match &checkpoint.work {
+            checkpoint::Work::Sampler => Work::Parts(Vec::new()),
+            checkpoint::Work::Fits(at) => Work::Fits(*at),
+            checkpoint::Work::One(recovered) => Work::One(recovered.map(|r| {
+                let problem = Problem::new(&model, model.points.clone(), r.outlier_prior, r.distance);
+                Box::new(Recovery::resumed(problem, &r))
+            })),
+            checkpoint::Work::Parts(parts) => Work::Parts(parts.clone()),
+        };
+        Self { base, work, steps: checkpoint.iteration }
     }
 
     pub(crate) fn base(&self) -> &Sampler {
@@ -240,7 +262,13 @@ fn take_one(
     let revision = state.new_revision();
     let label = state.clusters.len() as u32;
     let estimate = recovery.estimate();
-    state.clusters.push(Cluster { id, revision, shape: estimate.shape, sigma: estimate.sigma });
+    state.clusters.push(Cluster {
+        id,
+        revision,
+        shape: estimate.shape,
+        sigma: estimate.sigma,
+        locked: false,
+    });
     occurrences.push(Occurrence::Born { id, points: explained });
     let mut rest = Vec::new();
     for (&i, is_inlier) in part.points.iter().zip(inliers) {

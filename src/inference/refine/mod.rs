@@ -312,7 +312,7 @@ fn take_over(
                 let sum_d2 = sum_squared_radial(&shape, &layout.model.gather(points));
                 let mut rng = stream(params.seed, Purpose::Refined, state.iteration, name.revision as u32);
                 let sigma = layout.model.draw_sigma(sum_d2, points.len(), &mut rng);
-                Cluster { id: name.id, revision: state.new_revision(), shape, sigma }
+                Cluster { id: name.id, revision: state.new_revision(), shape, sigma, locked: false }
             }
         };
         state.clusters.push(cluster);

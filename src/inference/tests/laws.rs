@@ -35,13 +35,14 @@ fn model(points: Vec<Point3<f64>>, radius: f64) -> Arc<Model> {
 fn state(model: Arc<Model>, labels: Vec<u32>, clusters: &[(Superquadric, f64)]) -> State {
     let clusters: Vec<Cluster> = (0u32..)
         .zip(clusters)
-        .map(|(id, &(shape, sigma))| Cluster { id, revision: u64::from(id), shape, sigma })
+        .map(|(id, &(shape, sigma))| Cluster { id, revision: u64::from(id), shape, sigma, locked: false })
         .collect();
     State {
         model,
         frozen: vec![false; labels.len()],
         labels,
         iteration: 1,
+        pinned: Arc::default(),
         next_id: clusters.len() as u32,
         next_revision: clusters.len() as u64,
         clusters,

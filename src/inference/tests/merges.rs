@@ -73,13 +73,14 @@ fn from_labels(points: &[Point3<f64>], parts: &[u32]) -> (State, Params) {
             let floor = model.axis_floor();
             let found =
                 fit(&own, &[], floor, Effort::THOROUGH, Distance::FirstOrder, &Cancel::default()).unwrap();
-            Cluster { id, revision: u64::from(id), shape: found.shape, sigma: 0.1 }
+            Cluster { id, revision: u64::from(id), shape: found.shape, sigma: 0.1, locked: false }
         })
         .collect();
     let state = State {
         frozen: vec![false; points.len()],
         labels: parts.to_vec(),
         iteration: 30,
+        pinned: Arc::default(),
         next_id: count,
         next_revision: u64::from(count),
         clusters,

@@ -1,6 +1,7 @@
 //! The inference's properties: fits, the laws of the draws, runs, scenes.
 
 mod baselines;
+mod checkpoints;
 mod degenerate;
 mod energies;
 mod fits;
