@@ -160,14 +160,7 @@ impl Record {
 pub(super) struct Scan {
     pub(super) records: Vec<Record>,
     /// Why the rest was not read, if there is a rest.
-    pub(super) rest: Option<Rest>,
-}
-
-/// The end of a file that is not whole.
-#[derive(Debug)]
-pub(super) struct Rest {
-    pub(super) bytes: u64,
-    pub(super) fault: Fault,
+    pub(super) rest: Option<Fault>,
 }
 
 /// Reads all records up to the first that is not whole.
@@ -196,8 +189,7 @@ pub(super) fn scan(path: &Path) -> Result<Scan, OpenError> {
                 at = end;
             }
             Err(Trouble::Fault(problem)) => {
-                let rest = Rest { bytes: bytes - at, fault: Fault::at(at, problem) };
-                return Ok(Scan { records, rest: Some(rest) });
+                return Ok(Scan { records, rest: Some(Fault::at(at, problem)) });
             }
             Err(Trouble::Io(reason)) => return Err(failed(reason)),
         }

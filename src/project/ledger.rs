@@ -50,8 +50,9 @@ pub(super) struct Ledger {
     shared: HashMap<usize, (u32, Pin)>,
     /// By the content of the record.
     small: HashMap<(Kind, Vec<u8>), u32>,
-    /// Bytes of the records that belong to the session.
+    /// Bytes of the records that belong to the session, and of all.
     pub(super) reachable: u64,
+    pub(super) written: u64,
 }
 
 impl Ledger {
@@ -78,6 +79,7 @@ impl Ledger {
     ) -> io::Result<u32> {
         let number = u32::try_from(self.slots.len()).map_err(io::Error::other)?;
         let bytes = write_record(out, kind, content)?;
+        self.written += bytes;
         self.slots.push(Slot { bytes, refers, round: self.round });
         Ok(number)
     }
@@ -122,7 +124,4 @@ impl Ledger {
     }
 
     /// Bytes of all records.
-    pub(super) fn written(&self) -> u64 {
-        self.slots.iter().map(|slot| slot.bytes).sum()
-    }
 }
