@@ -11,13 +11,13 @@ use std::time::Duration;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{Vec2, Vec3};
 use nalgebra::Point3;
+use superform::geometry::palette::color_of;
 use superform::geometry::{SamplingOptions, Superquadric, scatter_mesh};
 use superform::io::{self, PointCloud, Shape, ShapeGeometry};
 use superform::render::picking::pick;
 use superform::render::{
     CameraMatrices, Frame, Highlight, PickScene, PointIndex, PrimitiveInstance, RenderOptions, Renderer,
 };
-use superform::geometry::palette::color_of;
 use superform::session::scene::{SceneFromInput, UpAxis, shown_colors, shown_points};
 use superform::worker::LoadedShape;
 

@@ -388,7 +388,7 @@ struct Seconds {
 }
 
 fn report_json(w: &mut impl Write, outcome: &Outcome<'_>, record: &RunRecord) -> io::Result<()> {
-    let Outcome { shape, cloud, sampling, params, abstraction } = *outcome;
+    let Outcome { shape, cloud, sampling, params, abstraction, .. } = *outcome;
     let (kind, points, faces) = match &shape.geometry {
         ShapeGeometry::Mesh(mesh) => ("mesh", mesh.vertices.len(), mesh.faces.len()),
         ShapeGeometry::Cloud(input) => ("cloud", input.points.len(), 0),

@@ -153,8 +153,7 @@ pub enum Group {
 }
 
 impl Group {
-    pub const ALL: [Self; 6] =
-        [Self::File, Self::Edit, Self::Run, Self::Timeline, Self::View, Self::Help];
+    pub const ALL: [Self; 6] = [Self::File, Self::Edit, Self::Run, Self::Timeline, Self::View, Self::Help];
 
     pub fn text(self) -> &'static str {
         match self {

@@ -155,8 +155,7 @@ impl Session {
             self.snapshot = None;
             return Vec::new();
         };
-        let same_samples =
-            self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(&l.cloud, &state.loaded.cloud));
+        let same_samples = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(&l.cloud, &state.loaded.cloud));
         if !same_samples {
             self.selected_points = Arc::default();
         }

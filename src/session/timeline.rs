@@ -263,8 +263,7 @@ pub enum Mark {
 }
 
 impl Mark {
-    pub const ALL: [Self; 6] =
-        [Self::Birth, Self::Death, Self::Split, Self::Freeze, Self::Merge, Self::Edit];
+    pub const ALL: [Self; 6] = [Self::Birth, Self::Death, Self::Split, Self::Freeze, Self::Merge, Self::Edit];
 
     pub fn text(self) -> &'static str {
         match self {
@@ -286,7 +285,9 @@ impl Mark {
             .map(|occurrence| match occurrence {
                 Occurrence::Born { .. } => Self::Birth,
                 Occurrence::Died { .. } => Self::Death,
-                Occurrence::Split { .. } | Occurrence::Separated { .. } | Occurrence::Cut { .. } => Self::Split,
+                Occurrence::Split { .. } | Occurrence::Separated { .. } | Occurrence::Cut { .. } => {
+                    Self::Split
+                }
                 Occurrence::Froze { .. } => Self::Freeze,
                 Occurrence::Merged(_) => Self::Merge,
                 _ => Self::Edit,

@@ -41,24 +41,15 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             }
         });
         ui.menu_button("Sampler", |ui| {
-            for verb in [
-                Verb::Run,
-                Verb::Pause,
-                Verb::StepIteration,
-                Verb::Continue,
-                Verb::StepMerge,
-                Verb::MergeAll,
-            ] {
+            for verb in
+                [Verb::Run, Verb::Pause, Verb::StepIteration, Verb::Continue, Verb::StepMerge, Verb::MergeAll]
+            {
                 menu_item(ui, session, verb, actions);
             }
             ui.separator();
-            for verb in [
-                Verb::FirstState,
-                Verb::PreviousState,
-                Verb::NextState,
-                Verb::LastState,
-                Verb::ContinueHere,
-            ] {
+            for verb in
+                [Verb::FirstState, Verb::PreviousState, Verb::NextState, Verb::LastState, Verb::ContinueHere]
+            {
                 menu_item(ui, session, verb, actions);
             }
             ui.separator();

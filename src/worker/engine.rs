@@ -7,13 +7,13 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError};
 use std::time::{Duration, Instant};
 
-use super::{Told, Wake};
 use super::machine::Machine;
 use super::measure::Measurer;
 use super::pacer::Pacer;
 use super::protocol::{Activity, Cause, Command, Event, LoadedShape, Setup, Snapshot, State};
 use super::source::{self, Part};
 use super::trouble::{Stop, Trouble, guarded};
+use super::{Told, Wake};
 use crate::inference::{Abstraction, Cancel, Occurrence, Params};
 use renewing::Renewal;
 
@@ -269,9 +269,8 @@ impl<M: Machine> Engine<M> {
     fn export(&mut self, path: &Path, state: &State, part: Part<'_>) {
         self.emit(Event::Activity(Activity::Writing));
         let failure = format!("The {} could not be written", part.name());
-        let outcome = guarded(|| {
-            source::write(part, path, state).map_err(|error| Stop::trouble(failure, error))
-        });
+        let outcome =
+            guarded(|| source::write(part, path, state).map_err(|error| Stop::trouble(failure, error)));
         match outcome {
             Ok(()) => self.emit(Event::Written { path: path.to_owned(), what: part.name() }),
             Err(stop) => self.report(stop),

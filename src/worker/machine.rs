@@ -6,7 +6,8 @@ use std::sync::Arc;
 
 use crate::geometry::SampleCloud;
 use crate::inference::{
-    Abstraction, Cancel, Checkpoint, Edit, InferenceError, MergeProposal, MergeReport, Occurrence, Params, Run,
+    Abstraction, Cancel, Checkpoint, Edit, InferenceError, MergeProposal, MergeReport, Occurrence, Params,
+    Run,
 };
 
 /// A run as a machine of steps; a clone is a checkpoint.

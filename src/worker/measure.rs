@@ -7,9 +7,9 @@ use std::sync::{Arc, Weak};
 
 use rayon::ThreadPool;
 
-use super::{Told, Wake};
 use super::protocol::{Event, Measurement, Snapshot};
 use super::source;
+use super::{Told, Wake};
 use crate::geometry::metrics::{Metrics, Reference, evaluate};
 use crate::io::Shape;
 

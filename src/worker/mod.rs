@@ -26,8 +26,8 @@ mod trouble;
 use engine::{Engine, Order};
 use machine::Machine;
 pub use protocol::{
-    Activity, Cause, Command, Event, LoadedShape, Measurement, Pace, Renewed, SamplingOptions, Setup, Snapshot,
-    Source, State,
+    Activity, Cause, Command, Event, LoadedShape, Measurement, Pace, Renewed, SamplingOptions, Setup,
+    Snapshot, Source, State,
 };
 
 /// Commands that may wait for a busy worker before they wait at the sender.

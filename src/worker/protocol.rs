@@ -9,9 +9,7 @@ use crate::geometry::SampleCloud;
 pub use crate::geometry::SamplingOptions;
 use crate::geometry::metrics::Metrics;
 use crate::geometry::palette::Colors;
-use crate::inference::{
-    Abstraction, Checkpoint, Edit, MergeProposal, MergeReport, Occurrence, Params,
-};
+use crate::inference::{Abstraction, Checkpoint, Edit, MergeProposal, MergeReport, Occurrence, Params};
 use crate::io::Shape;
 
 /// Where a shape comes from.
@@ -28,10 +26,7 @@ pub enum Source {
 #[derive(Debug, Clone)]
 pub enum Command {
     /// Read and sample a shape. On failure the present state stays.
-    Load {
-        source: Source,
-        sampling: SamplingOptions,
-    },
+    Load { source: Source, sampling: SamplingOptions },
     /// Sample the present shape anew and start over.
     Resample(SamplingOptions),
     /// Use these parameters from the next step on.
@@ -41,10 +36,7 @@ pub enum Command {
     /// the finished one. Of the renewals that wait only the latest is made. The
     /// one under way comes first, unless this one is to be made `at_once`: then
     /// it is cancelled. Commands that need a state at rest wait for the renewal.
-    Renew {
-        setup: Setup,
-        at_once: bool,
-    },
+    Renew { setup: Setup, at_once: bool },
     /// Iterate until the run is finished (or paused). A finished run, and one of
     /// another algorithm than the parameters ask for, starts anew.
     Run,
@@ -63,10 +55,7 @@ pub enum Command {
     Extend(u32),
     /// Find the best merge of a pair that is not among these (by ids), or judge
     /// that of the pair `of`; answered by [`Event::Proposed`]. Nothing changes.
-    ProposeMerge {
-        of: Option<(u32, u32)>,
-        skipped: Vec<(u32, u32)>,
-    },
+    ProposeMerge { of: Option<(u32, u32)>, skipped: Vec<(u32, u32)> },
     /// Merge until no pair is acceptable.
     MergeAll,
     /// Back to the start, with the present parameters.

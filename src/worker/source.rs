@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use super::protocol::{SamplingOptions, Source, State};
 use crate::geometry::SampleCloud;
-use crate::geometry::palette::Colors;
 use crate::geometry::metrics::{MetricOptions, Reference};
+use crate::geometry::palette::Colors;
 use crate::io::{self, Outcome, Shape};
 
 /// Reads the shape.

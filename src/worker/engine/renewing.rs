@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::super::machine::Machine;
-use super::super::protocol::{Event, LoadedShape, Renewed, SamplingOptions, Setup, Snapshot};
+use super::super::protocol::{Cause, Event, LoadedShape, Renewed, SamplingOptions, Setup, Snapshot};
 use super::super::source;
 use super::super::trouble::{Stop, guarded};
 use super::{Engine, Present, Work};
