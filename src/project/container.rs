@@ -267,7 +267,8 @@ fn read_record(input: &mut impl Read, at: u64, bytes: u64) -> Result<(Record, u6
     }
     let kind = Kind::of(frame[0]).ok_or(Trouble::Fault("a record is of no known kind"))?;
     let is_deflated = frame[1] == DEFLATED;
-    let fits = if is_deflated { length / MOST_DEFLATED <= stored } else { frame[1] == STORED && length == stored };
+    let fits =
+        if is_deflated { length / MOST_DEFLATED <= stored } else { frame[1] == STORED && length == stored };
     if !fits {
         return Err(Trouble::Fault("a record has a length that can't be"));
     }

@@ -2,7 +2,7 @@
 //! and reads them, so that the window never waits for a disk.
 
 use std::collections::VecDeque;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
 use std::time::{Duration, SystemTime};
@@ -50,10 +50,19 @@ pub enum Event {
     Kept(u64),
     /// Nothing can be kept for now; told once until it can again.
     NotKept(String),
-    Saved { path: PathBuf, workspace: Box<Workspace> },
-    Opened { origin: Origin, opened: Box<Opened> },
+    Saved {
+        path: PathBuf,
+        workspace: Box<Workspace>,
+    },
+    Opened {
+        origin: Origin,
+        opened: Box<Opened>,
+    },
     /// What was asked for can't be had; all is as it was.
-    Failed { what: String, error: String },
+    Failed {
+        what: String,
+        error: String,
+    },
 }
 
 #[derive(Debug)]
@@ -287,7 +296,8 @@ impl<F: Fn(Event)> Desk<F> {
             Err(error) => {
                 tracing::warn!("the session can't be kept: {error}");
                 if !std::mem::replace(&mut self.is_failing, true) {
-                    let text = format!("{}: {error}; make room, or save the session elsewhere", folder.display());
+                    let text =
+                        format!("{}: {error}; make room, or save the session elsewhere", folder.display());
                     (self.tell)(Event::NotKept(text));
                 }
             }

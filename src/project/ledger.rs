@@ -1,35 +1,14 @@
 //! Which values a file holds already, so that each is written once.
 
+use std::any::Any;
 use std::collections::HashMap;
 use std::io::{self, Write};
 use std::sync::{Arc, Weak};
 
 use super::container::{Kind, write_record};
-use crate::geometry::SampleCloud;
-use crate::io::Shape;
-use crate::session::undo::Step;
-use crate::worker::{LoadedShape, Snapshot};
 
 /// Keeps the place of a shared value from being used again, but not the value.
-#[derive(Debug)]
-pub(super) enum Pin {
-    Shape(Weak<Shape>),
-    Cloud(Weak<SampleCloud>),
-    Loaded(Weak<LoadedShape>),
-    State(Weak<Snapshot>),
-    Step(Weak<Step>),
-}
-
-macro_rules! pins {
-    ($($kind:ident($value:ty)),*) => {
-        $(impl From<&Arc<$value>> for Pin {
-            fn from(value: &Arc<$value>) -> Self {
-                Self::$kind(Arc::downgrade(value))
-            }
-        })*
-    };
-}
-pins!(Shape(Shape), Cloud(SampleCloud), Loaded(LoadedShape), State(Snapshot), Step(Step));
+type Pin = Weak<dyn Any + Send + Sync>;
 
 /// A record that was written.
 #[derive(Debug)]
@@ -61,12 +40,11 @@ impl Ledger {
         self.shared.get(&Arc::as_ptr(value).addr()).map(|(number, _)| *number)
     }
 
-    /// Notes that the last record is that of the value.
-    pub(super) fn note<T>(&mut self, value: &Arc<T>, number: u32)
-    where
-        for<'a> Pin: From<&'a Arc<T>>,
-    {
-        self.shared.insert(Arc::as_ptr(value).addr(), (number, Pin::from(value)));
+    /// Notes which record is that of the value.
+    pub(super) fn note<T: Any + Send + Sync>(&mut self, value: &Arc<T>, number: u32) {
+        let place = Arc::as_ptr(value).addr();
+        let value: Arc<dyn Any + Send + Sync> = Arc::<T>::clone(value);
+        self.shared.insert(place, (number, Arc::downgrade(&value)));
     }
 
     /// Writes a record; its number.
@@ -115,13 +93,13 @@ impl Ledger {
     /// References go from a head to documents, branches, states: they are not deep.
     fn reach(&mut self, number: u32) {
         let round = self.round;
-        let Some(slot) = self.slots.get_mut(number as usize).filter(|slot| slot.round != round) else { return };
+        let Some(slot) = self.slots.get_mut(number as usize).filter(|slot| slot.round != round) else {
+            return;
+        };
         slot.round = round;
         self.reachable += slot.bytes;
         let refers = std::mem::take(&mut slot.refers);
         refers.iter().for_each(|&next| self.reach(next));
         self.slots[number as usize].refers = refers;
     }
-
-    /// Bytes of all records.
 }

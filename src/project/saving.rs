@@ -13,8 +13,8 @@ use crate::session::workspace::Workspace;
 /// # Errors
 /// Where the file can't be written. It is written whole or not at all.
 pub fn save(path: &Path, workspace: &Workspace) -> Result<(), WriteError> {
-    write_streamed(path, |mut out| {
-        write_header(&mut out)?;
-        Writing { ledger: &mut Ledger::default(), out: &mut out }.in_two_heads(workspace)
+    write_streamed(path, |out| {
+        write_header(out)?;
+        Writing { ledger: &mut Ledger::default(), out }.in_two_heads(workspace)
     })
 }

@@ -34,10 +34,9 @@ impl<'a> From<&'a Shape> for ShapeEntry<'a> {
             path: shape.path.as_ref().map(|path| path.to_string_lossy()),
             notes: Cow::Borrowed(&shape.notes),
             geometry: match &shape.geometry {
-                ShapeGeometry::Mesh(mesh) => GeometryEntry::Mesh {
-                    vertices: Raw::of(&mesh.vertices),
-                    faces: Raw::of(&mesh.faces),
-                },
+                ShapeGeometry::Mesh(mesh) => {
+                    GeometryEntry::Mesh { vertices: Raw::of(&mesh.vertices), faces: Raw::of(&mesh.faces) }
+                }
                 ShapeGeometry::Cloud(cloud) => GeometryEntry::Cloud {
                     points: Raw::of(&cloud.points),
                     colors: cloud.colors.as_deref().map(Raw::of),
@@ -59,8 +58,7 @@ impl ShapeEntry<'_> {
                 ShapeGeometry::Mesh(mesh)
             }
             GeometryEntry::Cloud { points, colors } => {
-                let cloud =
-                    PointCloud { points: points.into_vec(), colors: colors.map(Raw::into_vec) };
+                let cloud = PointCloud { points: points.into_vec(), colors: colors.map(Raw::into_vec) };
                 if cloud.colors.as_ref().is_some_and(|c| c.len() != cloud.points.len()) {
                     return Err("has not one colour a point");
                 }

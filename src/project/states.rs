@@ -68,7 +68,8 @@ impl StateEntry<'_> {
         if !labels.iter().all(|label| *label == UNASSIGNED || ids.contains(label)) {
             return Err("has a label without a primitive");
         }
-        let is_sound = |p: &Primitive| p.shape.is_valid() && p.sigma.is_finite() && p.mean_distance.is_finite();
+        let is_sound =
+            |p: &Primitive| p.shape.is_valid() && p.sigma.is_finite() && p.mean_distance.is_finite();
         if !self.primitives.iter().all(is_sound) {
             return Err("has a primitive with a parameter that is not valid");
         }

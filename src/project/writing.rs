@@ -1,5 +1,6 @@
 //! A session becomes records: each value once, before whatever refers to it.
 
+use std::any::Any;
 use std::borrow::Cow;
 use std::io::{self, Write};
 use std::sync::Arc;
@@ -119,8 +120,7 @@ impl Writing<'_> {
         }
         let shape = self.shared(&loaded.shape, Kind::Shape, |shape| packed(&ShapeEntry::from(shape)))?;
         let cloud = self.shared(&loaded.cloud, Kind::Cloud, |cloud| packed(&CloudEntry::from(cloud)))?;
-        let entry =
-            LoadedEntry { generation: loaded.generation, shape, cloud, sampling: loaded.sampling };
+        let entry = LoadedEntry { generation: loaded.generation, shape, cloud, sampling: loaded.sampling };
         let number = self.ledger.write(self.out, Kind::Loaded, &packed(&entry)?, vec![shape, cloud])?;
         self.ledger.note(loaded, number);
         Ok(number)
@@ -131,15 +131,12 @@ impl Writing<'_> {
     }
 
     /// The record of a value that refers to no other.
-    fn shared<T>(
+    fn shared<T: Any + Send + Sync>(
         &mut self,
         value: &Arc<T>,
         kind: Kind,
         content: impl FnOnce(&T) -> io::Result<Vec<u8>>,
-    ) -> io::Result<u32>
-    where
-        for<'a> super::ledger::Pin: From<&'a Arc<T>>,
-    {
+    ) -> io::Result<u32> {
         if let Some(number) = self.ledger.find(value) {
             return Ok(number);
         }

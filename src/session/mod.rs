@@ -25,6 +25,7 @@ pub mod scene;
 pub mod timeline;
 pub mod undo;
 pub mod view;
+pub mod workspace;
 
 #[cfg(test)]
 mod tests;

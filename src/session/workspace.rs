@@ -45,9 +45,8 @@ impl Session {
     /// itself, as its theme, stays.
     pub fn take_workspace(&mut self, workspace: Workspace) -> Vec<Effect> {
         let Workspace { document, undo, pace, is_live, view, camera } = workspace;
-        let (theme, aspect) = (self.view.theme, self.camera.aspect);
-        let (shows_log, shows_shortcuts) = (self.view.shows_log, self.view.shows_shortcuts);
-        self.view = View { theme, shows_log, shows_shortcuts, shows_about: false, ..view };
+        let aspect = self.camera.aspect;
+        self.view = view.in_window_of(&self.view);
         self.live.is_on = is_live;
         let mut effects = self.take_document(document);
         self.undo = undo;
