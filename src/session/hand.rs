@@ -120,7 +120,7 @@ impl Session {
     pub(super) fn accept_merge(&mut self) -> Vec<Effect> {
         let Some(proposal) = self.proposal.take() else { return Vec::new() };
         let skipped = std::mem::take(&mut self.skipped);
-        let mut effects = self.edit(vec![Edit::AcceptMerge { proposal: *proposal }]);
+        let mut effects = self.edit(vec![Edit::AcceptMerge { proposal }]);
         effects.push(Effect::Send(Command::ProposeMerge { of: None, skipped: skipped.clone() }));
         self.skipped = skipped;
         effects
@@ -205,7 +205,8 @@ impl Session {
             Action::SetMethod(method) => step(&format!("Choose {}", method.name())),
             Action::Edit(edit @ Edit::SetShape { .. }) => Some(Undoable::Gesture(name_of(edit))),
             Action::Edit(edit) => Some(Undoable::Step(name_of(edit))),
-            Action::Select(_) | Action::ToggleSelected(_) => step("Select"),
+            Action::Select(_) | Action::ToggleSelected(_) | Action::SelectPrimitives { .. } => step("Select"),
+            Action::SelectPoints { .. } => step("Select points"),
             Action::SetPrimitiveVisible(..) => step("Show or hide"),
             Action::RenameBranch(..) => step("Rename the branch"),
             Action::RemoveBranch(_) => step("Remove the branch"),

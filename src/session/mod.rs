@@ -21,7 +21,9 @@ mod enabled;
 mod hand;
 pub mod live;
 pub mod messages;
+pub mod scalar;
 pub mod scene;
+pub mod selection;
 pub mod timeline;
 pub mod undo;
 pub mod view;
@@ -72,6 +74,8 @@ pub struct Session {
     pub activity: Activity,
     pub view: View,
     pub camera: Camera,
+    /// Counts the camera's moves that no drag made: a view may ease them.
+    pub camera_jumps: u64,
     pub scene: SceneFromInput,
     /// Ids of the selected primitives.
     pub selection: BTreeSet<u32>,
@@ -115,6 +119,7 @@ impl Session {
             activity: Activity::Idle,
             view: View::default(),
             camera: Camera::default(),
+            camera_jumps: 0,
             scene: SceneFromInput::fit(&[], UpAxis::Y),
             selection: BTreeSet::new(),
             hidden: BTreeSet::new(),
