@@ -31,6 +31,7 @@ pub mod timeline;
 pub mod undo;
 pub mod view;
 pub mod window;
+pub mod workspace;
 
 #[cfg(test)]
 mod tests;

@@ -13,7 +13,7 @@ use crate::inference::Method;
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 use crate::session::scene::UpAxis;
-use crate::session::view::{Layer, SurfaceStyle};
+use crate::session::view::{ColorBy, Layer, SurfaceStyle};
 use crate::worker::Pace;
 
 const WIDTH: f32 = 560.0;
@@ -211,6 +211,14 @@ fn items(session: &Session) -> Vec<Item> {
         let is_on = session.view.surface_style == style;
         plain(name, "View", "How primitives are drawn".to_owned(), Action::SetSurfaceStyle(style), is_on)
     });
+    let colors = ColorBy::ALL.into_iter().map(|by| {
+        let name = match by {
+            ColorBy::Plain => "Colour points in one colour".to_owned(),
+            _ => format!("Colour points by {}", by.text().to_lowercase()),
+        };
+        let is_on = session.view.color_by == by;
+        plain(name, "View", by.tooltip().to_owned(), Action::SetColorBy(by), is_on)
+    });
     let layers = Layer::ALL.into_iter().map(|layer| {
         let shown = session.view.shows(layer);
         let name = format!("{} {}", if shown { "Hide" } else { "Show" }, layer.text().to_lowercase());
@@ -225,7 +233,15 @@ fn items(session: &Session) -> Vec<Item> {
         let action = Action::OpenRecent(path.to_owned());
         plain(format!("Open {name}"), "Recent file", path.display().to_string(), action, false)
     });
-    verbs.chain(methods).chain(paces).chain(styles).chain(layers).chain(axes).chain(recent).collect()
+    verbs
+        .chain(methods)
+        .chain(paces)
+        .chain(styles)
+        .chain(colors)
+        .chain(layers)
+        .chain(axes)
+        .chain(recent)
+        .collect()
 }
 
 /// Those that the query may mean, the likeliest first; without a query all, the
