@@ -28,6 +28,7 @@ pub mod selection;
 pub mod timeline;
 pub mod undo;
 pub mod view;
+pub mod workspace;
 
 #[cfg(test)]
 mod tests;
