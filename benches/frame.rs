@@ -11,6 +11,7 @@ use std::time::Duration;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{Vec2, Vec3};
 use nalgebra::Point3;
+use superform::geometry::palette::color_of;
 use superform::geometry::{SamplingOptions, Superquadric, scatter_mesh};
 use superform::io::{self, PointCloud, Shape, ShapeGeometry};
 use superform::render::picking::pick;
@@ -67,7 +68,7 @@ fn frames(c: &mut Criterion) {
         .collect();
     let mut renderer = Renderer::new(&device, wgpu::TextureFormat::Rgba8Unorm, RenderOptions::default());
     renderer.set_points(&device, &queue, &points);
-    renderer.set_point_colors(&queue, &shown_colors(&loaded, &labels, &hidden));
+    renderer.set_point_colors(&queue, &shown_colors(&loaded, &labels, &hidden, color_of));
     renderer.set_primitives(&device, &queue, &primitives);
 
     let mut group = c.benchmark_group("frame of 1 M points");
@@ -85,13 +86,13 @@ fn frames(c: &mut Criterion) {
     group.bench_function("the camera moves", |b| b.iter(|| frame(&mut renderer, true)));
     group.bench_function("new labels", |b| {
         b.iter(|| {
-            renderer.set_point_colors(&queue, &shown_colors(&loaded, &labels, &BTreeSet::new()));
+            renderer.set_point_colors(&queue, &shown_colors(&loaded, &labels, &BTreeSet::new(), color_of));
             frame(&mut renderer, true)
         });
     });
     group.bench_function("new labels, some hidden", |b| {
         b.iter(|| {
-            renderer.set_point_colors(&queue, &shown_colors(&loaded, &labels, &hidden));
+            renderer.set_point_colors(&queue, &shown_colors(&loaded, &labels, &hidden, color_of));
             frame(&mut renderer, true)
         });
     });

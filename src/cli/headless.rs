@@ -11,6 +11,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 use super::interrupt::until_done_or_interrupted;
 use super::say;
 use crate::geometry::SamplingOptions;
+use crate::geometry::palette::Colors;
 use crate::inference::{Abstraction, Cancel, InferenceError, Occurrence, Params, Run};
 use crate::io::{self, Outcome, RunRecord, Shape, ShapeGeometry};
 use crate::worker::Source;
@@ -66,7 +67,9 @@ impl HeadlessJob {
         if cancel.is_requested() {
             return Err(InferenceError::Cancelled.into());
         }
+        let colors = Colors::default();
         let outcome = Outcome {
+            colors: &colors,
             shape: &shape,
             cloud: &cloud,
             sampling: self.sampling,

@@ -1,5 +1,8 @@
 //! Colours of primitives and their points: one palette for screen and files.
 
+use std::collections::btree_map::Entry;
+use std::collections::{BTreeMap, BTreeSet};
+
 /// The colour of points that belong to no primitive.
 pub const UNASSIGNED_COLOR: [u8; 3] = [138, 138, 138];
 
@@ -40,9 +43,50 @@ pub fn color_of(id: u32) -> [u8; 3] {
     COLORS[id as usize % COLORS.len()]
 }
 
+/// Which colour of the palette each primitive of a run has. Ids begin anew in
+/// every run; where one run takes the place of another, what stands for the
+/// same part keeps its colour.
+#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+pub struct Colors(BTreeMap<u32, u32>);
+
+impl Colors {
+    /// The ids of `kept` get those places in the palette, all `others` the first
+    /// that are still free.
+    pub fn new(kept: BTreeMap<u32, u32>, others: impl IntoIterator<Item = u32>) -> Self {
+        let taken: BTreeSet<u32> = kept.values().copied().collect();
+        let mut free = (0..).filter(|place| !taken.contains(place));
+        let mut places = kept;
+        for id in others {
+            if let Entry::Vacant(new) = places.entry(id)
+                && let Some(place) = free.next()
+            {
+                new.insert(place);
+            }
+        }
+        Self(places)
+    }
+
+    /// The place in the palette; that of the id itself, where it was given none.
+    pub fn place(&self, id: u32) -> u32 {
+        self.0.get(&id).copied().unwrap_or(id)
+    }
+
+    /// The sRGB colour.
+    pub fn of(&self, id: u32) -> [u8; 3] {
+        color_of(self.place(id))
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_kept_keep_and_nobody_shares() {
+        let colors = Colors::new([(7, 2), (9, 0)].into(), [3, 7, 8, 4]);
+        assert_eq!([7, 9, 3, 8, 4].map(|id| colors.place(id)), [2, 0, 1, 3, 4]);
+        assert_eq!(Colors::default().of(5), color_of(5));
+    }
 
     /// Oklab coordinates of an sRGB colour.
     fn oklab(rgb: [u8; 3]) -> [f64; 3] {

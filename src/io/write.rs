@@ -10,7 +10,7 @@ use tempfile::NamedTempFile;
 
 use super::error::WriteError;
 use super::{Shape, ShapeGeometry, primitives};
-use crate::geometry::palette::{UNASSIGNED_COLOR, color_of};
+use crate::geometry::palette::{Colors, UNASSIGNED_COLOR};
 use crate::geometry::{Isolated, SampleCloud, SampledPart, SamplingOptions, Surface};
 use crate::inference::{Abstraction, MergeReport, Method, Params, Phase, Primitive, UNASSIGNED};
 
@@ -22,6 +22,8 @@ pub const REPORT_FILE: &str = "report.json";
 /// A state of a run with all that it came from: what the files are made of.
 #[derive(Debug, Clone, Copy)]
 pub struct Outcome<'a> {
+    /// Of the primitives and their points.
+    pub colors: &'a Colors,
     pub shape: &'a Shape,
     pub cloud: &'a SampleCloud,
     pub sampling: SamplingOptions,
@@ -98,6 +100,18 @@ pub fn write_picture(path: &Path, picture: &image::RgbaImage) -> Result<(), Writ
 /// Where the file can't be written. It is written whole or not at all.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), WriteError> {
     let file = staged(path, |w| w.write_all(content))?;
+    persist(file, path)
+}
+
+/// Writes a file piece by piece.
+///
+/// # Errors
+/// Where the file can't be written. It is written whole or not at all.
+pub fn write_streamed(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), WriteError> {
+    let file = staged(path, |w| content(w))?;
     persist(file, path)
 }
 
@@ -191,7 +205,7 @@ fn unfit(problem: impl Into<String>) -> io::Error {
 }
 
 fn segmented_ply(w: &mut impl Write, outcome: &Outcome<'_>) -> io::Result<()> {
-    let Outcome { shape, cloud, abstraction, .. } = *outcome;
+    let Outcome { shape, cloud, abstraction, colors, .. } = *outcome;
     let points = match &shape.geometry {
         ShapeGeometry::Mesh(_) => &cloud.points,
         ShapeGeometry::Cloud(input) => &input.points,
@@ -214,7 +228,7 @@ fn segmented_ply(w: &mut impl Write, outcome: &Outcome<'_>) -> io::Result<()> {
         let (color, label) = if label == UNASSIGNED {
             (UNASSIGNED_COLOR, -1)
         } else {
-            (color_of(label), i32::try_from(label).map_err(|_| unfit("an id is too large for a label"))?)
+            (colors.of(label), i32::try_from(label).map_err(|_| unfit("an id is too large for a label"))?)
         };
         for c in p.iter() {
             w.write_all(&c.to_le_bytes())?;
@@ -386,7 +400,7 @@ struct Seconds {
 }
 
 fn report_json(w: &mut impl Write, outcome: &Outcome<'_>, record: &RunRecord) -> io::Result<()> {
-    let Outcome { shape, cloud, sampling, params, abstraction } = *outcome;
+    let Outcome { shape, cloud, sampling, params, abstraction, .. } = *outcome;
     let (kind, points, faces) = match &shape.geometry {
         ShapeGeometry::Mesh(mesh) => ("mesh", mesh.vertices.len(), mesh.faces.len()),
         ShapeGeometry::Cloud(input) => ("cloud", input.points.len(), 0),

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::{Effect, Session};
+use crate::geometry::palette::Colors;
 use crate::inference::{Abstraction, Params, Setting, UNASSIGNED};
 use crate::worker::{Activity, Command, Renewed, SamplingOptions, Setup};
 
@@ -69,44 +70,47 @@ impl Session {
             // Another merge rule may accept what the last one refused.
             self.merges_are_exhausted = false;
         }
-        let renewal =
-            if self.live.is_on && !makes_same_run(&before, &self.setup()) { self.renew(false) } else { None };
-        match renewal {
-            Some(renewal) => vec![renewal],
-            None if params == before.params => Vec::new(),
-            None => vec![Effect::Send(Command::SetParams(params))],
+        if self.live.is_on && !makes_same_run(&before, &self.setup()) {
+            let renewal = self.renew(false);
+            if !renewal.is_empty() {
+                return renewal;
+            }
         }
+        if params == before.params {
+            return Vec::new();
+        }
+        vec![Effect::Send(Command::SetParams(params))]
     }
 
     /// The hand that turned something rests: a run for what it has left behind
     /// need not be waited for.
-    pub(super) fn hand_rests(&mut self) -> Option<Effect> {
-        self.awaits_newer_run().then(|| self.renew(true)).flatten()
+    pub(super) fn hand_rests(&mut self) -> Vec<Effect> {
+        if self.awaits_newer_run() { self.renew(true) } else { Vec::new() }
     }
 
     /// Switches Live; what was changed while it was off is made up for.
-    pub(super) fn set_live(&mut self, on: bool) -> Option<Effect> {
+    pub(super) fn set_live(&mut self, on: bool) -> Vec<Effect> {
         self.live.is_on = on;
-        if !on {
-            return None;
-        }
-        let (snapshot, loaded) = (self.snapshot.as_ref()?, self.loaded.as_ref()?);
+        let (true, Some(snapshot), Some(loaded)) = (on, &self.snapshot, &self.loaded) else {
+            return Vec::new();
+        };
         let now = self.setup();
         let same = |params| makes_same_run(&Setup { params, sampling: loaded.sampling }, &now);
         // A run whose parameters were changed on its way is of neither kind.
-        (!(same(snapshot.start) && same(snapshot.params))).then(|| self.renew(false)).flatten()
+        if same(snapshot.start) && same(snapshot.params) { Vec::new() } else { self.renew(false) }
     }
 
     /// What a change asked for that the worker could not take when it came.
-    pub(super) fn renew_if_due(&mut self) -> Option<Effect> {
-        std::mem::take(&mut self.live.is_due).then(|| self.renew(false)).flatten()
+    pub(super) fn renew_if_due(&mut self) -> Vec<Effect> {
+        if std::mem::take(&mut self.live.is_due) { self.renew(false) } else { Vec::new() }
     }
 
-    fn renew(&mut self, hand_rests: bool) -> Option<Effect> {
+    fn renew(&mut self, hand_rests: bool) -> Vec<Effect> {
         if self.loaded.is_none() || matches!(self.activity, Activity::Loading | Activity::Writing) {
             self.live.is_due = true;
-            return None;
+            return Vec::new();
         }
+        let mut effects = self.sync();
         let setup = self.setup();
         // A run that is watched is no result that would be worth waiting for.
         let is_watched = self.live.under_way.is_none() && self.is_running();
@@ -116,7 +120,8 @@ impl Session {
         if !self.is_running() || is_watched {
             self.activity = Activity::Renewing;
         }
-        Some(Effect::Send(Command::Renew { setup, at_once: hand_rests || is_watched }))
+        effects.push(Effect::Send(Command::Renew { setup, at_once: hand_rests || is_watched }));
+        effects
     }
 
     /// Shows the finished run; camera and view stay, and what is selected or
@@ -124,6 +129,10 @@ impl Session {
     pub(super) fn absorb_renewed(&mut self, renewed: &Renewed) {
         let Some(last) = renewed.states.last() else { return };
         let is_same_cloud = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(l, &renewed.loaded));
+        if !is_same_cloud {
+            // Indices of samples mean nothing among others.
+            self.selected_points = Arc::default();
+        }
         // Other samples of the same shape leave the scene where it is.
         self.loaded = Some(Arc::clone(&renewed.loaded));
         if let (true, Some(before)) = (is_same_cloud, &self.snapshot) {
@@ -134,9 +143,23 @@ impl Session {
             let same = |id: &u32| heirs.get(id).copied().filter(|heir| origins.get(heir) == Some(id));
             self.hidden = self.hidden.iter().filter_map(same).collect();
         }
-        for state in &renewed.states {
-            self.history.push(state);
+        let colors = match (&self.snapshot, self.timeline.current()) {
+            (Some(before), Some(branch)) if is_same_cloud => {
+                Arc::new(inherited(&before.abstraction, &branch.colors, renewed))
+            }
+            _ => Arc::default(),
+        };
+        self.drop_proposal();
+        self.merge_text = None;
+        self.messages.dismiss_errors();
+        for (index, state) in renewed.states.iter().enumerate() {
+            if index == 0 {
+                self.timeline.start(&renewed.loaded, Arc::clone(state), Arc::clone(&colors));
+            } else {
+                self.timeline.push(Arc::clone(state));
+            }
         }
+        self.worker_at = Some(last.key);
         self.show_state(Arc::clone(last));
     }
 }
@@ -185,4 +208,19 @@ fn heirs(before: &Abstraction, after: &Abstraction) -> BTreeMap<u32, u32> {
         }
     }
     best.into_iter().map(|(old, (_, new))| (old, new)).collect()
+}
+
+/// Colours for a run that takes the place of another: whose points are mostly
+/// those of a primitive before it, and the other way round, keeps its colour.
+fn inherited(before: &Abstraction, colors: &Colors, renewed: &Renewed) -> Colors {
+    let Some(last) = renewed.states.last() else { return Colors::default() };
+    let (heirs, origins) = (heirs(before, &last.abstraction), self::heirs(&last.abstraction, before));
+    let kept = heirs
+        .into_iter()
+        .filter(|(old, new)| origins.get(new) == Some(old))
+        .map(|(old, new)| (new, colors.place(old)))
+        .collect();
+    // The last state first: its primitives are looked at longest.
+    let all = renewed.states.iter().rev().flat_map(|s| s.abstraction.primitives.iter().map(|p| p.id));
+    Colors::new(kept, all)
 }

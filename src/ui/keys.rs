@@ -2,6 +2,7 @@
 
 use crate::session::Session;
 use crate::session::action::{Action, Key, Shortcut, Verb};
+use crate::session::view::Tool;
 
 /// The verbs whose shortcuts were pressed in this frame and that would do
 /// something. Typing into a field presses none.
@@ -9,19 +10,23 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
     if ctx.text_edit_focused() {
         return;
     }
-    // Space and Escape belong to a widget that was reached by the keyboard.
+    // These belong to a widget that was reached by the keyboard.
     let focused = ctx.memory(|memory| memory.focused().is_some());
     ctx.input(|input| {
         for event in &input.events {
-            let egui::Event::Key { key, pressed: true, repeat: false, modifiers, .. } = event else {
+            let egui::Event::Key { key, pressed: true, repeat, modifiers, .. } = event else {
                 continue;
             };
+            // A held arrow key plays the timeline.
+            if *repeat && !matches!(key, egui::Key::ArrowLeft | egui::Key::ArrowRight) {
+                continue;
+            }
             let Some(key) = translate(*key) else { continue };
             if let (Key::Escape, true, Some(verb)) = (key, modifiers.is_none(), topmost(session)) {
                 actions.push(Action::Verb(verb));
                 continue;
             }
-            if focused && matches!(key, Key::Space | Key::Escape) {
+            if focused && matches!(key, Key::Space | Key::Escape | Key::Enter | Key::Left | Key::Right) {
                 continue;
             }
             let shortcut =
@@ -34,13 +39,14 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
     });
 }
 
-/// What closes the window that Escape closes first.
+/// What ends the window, or else the tool, that Escape ends first.
 fn topmost(session: &Session) -> Option<Verb> {
     let view = &session.view;
     [
         (view.shows_about, Verb::ShowAbout),
         (view.shows_shortcuts, Verb::ShowShortcuts),
         (view.shows_log, Verb::ToggleLog),
+        (view.tool != Tool::Click, Verb::ToolClick),
     ]
     .into_iter()
     .find_map(|(is_open, verb)| is_open.then_some(verb))
@@ -52,6 +58,10 @@ fn translate(key: egui::Key) -> Option<Key> {
         egui::Key::Space => Key::Space,
         egui::Key::Escape => Key::Escape,
         egui::Key::Backspace => Key::Backspace,
+        egui::Key::Delete => Key::Delete,
+        egui::Key::Enter => Key::Enter,
+        egui::Key::ArrowLeft => Key::Left,
+        egui::Key::ArrowRight => Key::Right,
         other => {
             let name = other.name();
             let mut letters = name.chars();

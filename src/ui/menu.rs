@@ -21,8 +21,35 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ui.separator();
             menu_item(ui, session, Verb::Quit, actions);
         });
+        ui.menu_button("Edit", |ui| {
+            for verb in [Verb::Undo, Verb::Redo] {
+                menu_item(ui, session, verb, actions);
+            }
+            ui.separator();
+            for verb in [
+                Verb::MergeSelected,
+                Verb::SplitSelected,
+                Verb::RefitSelected,
+                Verb::LockSelected,
+                Verb::DeleteSelected,
+            ] {
+                menu_item(ui, session, verb, actions);
+            }
+            ui.separator();
+            for verb in [Verb::NewCluster, Verb::BelongTogether, Verb::ReleasePoints] {
+                menu_item(ui, session, verb, actions);
+            }
+        });
         ui.menu_button("Sampler", |ui| {
-            for verb in [Verb::Run, Verb::Pause, Verb::StepIteration, Verb::StepMerge, Verb::MergeAll] {
+            for verb in
+                [Verb::Run, Verb::Pause, Verb::StepIteration, Verb::Continue, Verb::StepMerge, Verb::MergeAll]
+            {
+                menu_item(ui, session, verb, actions);
+            }
+            ui.separator();
+            for verb in
+                [Verb::FirstState, Verb::PreviousState, Verb::NextState, Verb::LastState, Verb::ContinueHere]
+            {
                 menu_item(ui, session, verb, actions);
             }
             ui.separator();

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
+use crate::inference::Edit;
 use crate::session::Session;
 use crate::session::action::Action;
 
@@ -25,7 +26,8 @@ mod widgets;
 use dialogs::Dialogs;
 pub use dialogs::Purpose;
 use overlays::Overlays;
-use viewport::Viewport;
+use scene::SceneView;
+use viewport::{Studio, Viewport};
 
 /// Widths of the side panels in logical pixels.
 const LEFT: f32 = 290.0;
@@ -40,12 +42,16 @@ const STILL_FRAMES: u32 = 2;
 #[derive(Debug)]
 pub struct Interface {
     viewport: Viewport,
+    /// Draws what is not on screen, where there is something to draw with.
+    studio: Option<Studio>,
     dialogs: Dialogs,
     overlays: Overlays,
     /// When what a run is made from was last changed, in seconds, and the frames
     /// without a movement since.
     turned_at: f64,
     still_frames: u32,
+    /// Something is being dragged whose changes are one step for undo.
+    is_in_gesture: bool,
 }
 
 impl Interface {
@@ -54,11 +60,13 @@ impl Interface {
     pub fn new(ctx: &Context, state: Option<&egui_wgpu::RenderState>, system_dialogs: bool) -> Self {
         theme::install(ctx);
         Self {
-            viewport: Viewport::new(state),
+            viewport: Viewport::new(state, "3D view", true),
+            studio: state.map(Studio::new),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
             turned_at: 0.0,
             still_frames: 0,
+            is_in_gesture: false,
         }
     }
 
@@ -94,14 +102,33 @@ impl Interface {
         });
         Panel::bottom("progress").frame(below).show(ui, |ui| progress::show(ui, session));
         let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
-            let rect = ui.max_rect();
-            self.viewport.show(ui, session, &mut actions);
+            ui.spacing_mut().item_spacing.y = 0.0;
+            viewport::toolbar(ui, session, &mut actions);
+            let rect = ui.available_rect_before_wrap();
+            self.viewport.show(ui, &SceneView::of(session), &mut actions);
             rect
         });
         self.overlays.show(&ctx, session, area.inner, &mut actions);
         self.dialogs.show(&ctx, &mut actions);
         self.watch_hand(&ctx, session, &mut actions);
+        self.watch_gesture(&ctx, &mut actions);
         actions
+    }
+
+    /// Tells when a gesture ends: what the pointer drags until it lets go, what
+    /// the keyboard changes at once.
+    fn watch_gesture(&mut self, ctx: &Context, actions: &mut Vec<Action>) {
+        let is_part = |action: &Action| {
+            matches!(
+                action,
+                Action::SetParams(_) | Action::SetSampling(_) | Action::Edit(Edit::SetShape { .. })
+            )
+        };
+        self.is_in_gesture |= actions.iter().any(is_part);
+        if self.is_in_gesture && !ctx.input(|i| i.pointer.any_down()) {
+            self.is_in_gesture = false;
+            actions.push(Action::EndGesture);
+        }
     }
 
     /// Tells when the hand that turns a slider comes to rest.

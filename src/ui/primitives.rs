@@ -7,7 +7,6 @@ use egui::{
 
 use super::theme::{self, Palette};
 use super::widgets::{choice, count, divide, eye, length, section};
-use crate::geometry::palette::color_of;
 use crate::inference::Primitive;
 use crate::io::ShapeGeometry;
 use crate::session::Session;
@@ -141,7 +140,7 @@ fn row(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<
         ui.painter().rect_filled(rect, 3.0, visuals.faint_bg_color);
     }
     let strength = if visible { 1.0 } else { 0.4 };
-    let color = theme::data_color(color_of(id)).gamma_multiply(strength);
+    let color = theme::data_color(session.color_of(id)).gamma_multiply(strength);
     let swatch = egui::Rect::from_center_size(pos2(rect.left() + 12.0, rect.center().y), vec2(12.0, 12.0));
     ui.painter().rect_filled(swatch, 3.0, color);
     let text_color = visuals.text_color().gamma_multiply(strength);

@@ -1,6 +1,8 @@
 //! Under the viewport: how far the run is, the figures of the present state,
 //! and K and the mean error of every step; at the very bottom the status line.
 
+use std::sync::Arc;
+
 use egui::{Color32, Layout, ProgressBar, RichText, Ui, vec2};
 use egui_plot::{GridMark, Line, Plot, PlotPoints, VLine};
 
@@ -9,8 +11,7 @@ use super::theme::Palette;
 use super::widgets::{count, length};
 use crate::inference::{Algorithm, Phase, Setting};
 use crate::session::Session;
-use crate::session::history::Entry;
-use crate::worker::Activity;
+use crate::worker::{Activity, Snapshot};
 
 /// Height of a plot.
 const PLOT: f32 = 76.0;
@@ -29,15 +30,15 @@ pub(super) fn show(ui: &mut Ui, session: &Session) {
     ui.add_space(2.0);
     figures::show(ui, session);
     ui.add_space(2.0);
-    let entries = session.history.entries();
+    let entries = session.timeline.states();
     let gap = ui.spacing().item_spacing.x + 8.0;
     let width = (ui.available_width() - gap) / 2.0;
     ui.horizontal(|ui| {
         let k = Curve {
             id: "plot of K",
             title: "Primitives K",
-            now: entries.last().map(|e| count(e.clusters)),
-            value: |e| e.clusters as f64,
+            now: entries.last().map(|e| count(e.abstraction.figures.clusters)),
+            value: |e| e.abstraction.figures.clusters as f64,
             least_span: 4.0,
         };
         k.show(ui, session, width);
@@ -45,8 +46,8 @@ pub(super) fn show(ui: &mut Ui, session: &Session) {
         let error = Curve {
             id: "plot of the mean error",
             title: "Mean error",
-            now: entries.last().map(|e| length(e.mean_distance)),
-            value: |e| e.mean_distance,
+            now: entries.last().map(|e| length(e.abstraction.figures.mean_distance)),
+            value: |e| e.abstraction.figures.mean_distance,
             least_span: 0.0,
         };
         error.show(ui, session, width);
@@ -104,7 +105,7 @@ struct Curve {
     id: &'static str,
     title: &'static str,
     now: Option<String>,
-    value: fn(&Entry) -> f64,
+    value: fn(&Snapshot) -> f64,
     /// The y axis shows at least this much.
     least_span: f64,
 }
@@ -112,7 +113,7 @@ struct Curve {
 impl Curve {
     fn show(self, ui: &mut Ui, session: &Session, width: f32) {
         let palette = Palette::of(ui);
-        let entries = session.history.entries();
+        let entries = session.timeline.states();
         ui.vertical(|ui| {
             ui.set_width(width);
             ui.horizontal(|ui| {
@@ -134,10 +135,10 @@ impl Curve {
             let merges: Vec<f64> = entries
                 .windows(2)
                 .enumerate()
-                .filter(|(_, pair)| pair[0].iteration == pair[1].iteration)
+                .filter(|(_, pair)| pair[0].abstraction.iteration == pair[1].abstraction.iteration)
                 .map(|(i, _)| (i + 1) as f64)
                 .collect();
-            let rows: Vec<Entry> = entries.to_vec();
+            let rows: Vec<Arc<Snapshot>> = entries.to_vec();
             let step_name = if session.algorithm() == Algorithm::Sampler { "Iteration" } else { "Step" };
             Plot::new(self.id)
                 .height(PLOT)
@@ -165,9 +166,9 @@ impl Curve {
                     let entry = (step >= 0.0).then(|| rows.get(step as usize)).flatten()?;
                     Some(format!(
                         "{step_name} {}\nK {}\nMean error {}",
-                        entry.iteration,
-                        entry.clusters,
-                        length(entry.mean_distance)
+                        entry.abstraction.iteration,
+                        entry.abstraction.figures.clusters,
+                        length(entry.abstraction.figures.mean_distance)
                     ))
                 })
                 .show(ui, |plot| {

@@ -7,16 +7,17 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError};
 use std::time::{Duration, Instant};
 
-use super::Wake;
 use super::machine::Machine;
 use super::measure::Measurer;
 use super::pacer::Pacer;
-use super::protocol::{Activity, Command, Event, LoadedShape, Setup, Snapshot};
+use super::protocol::{Activity, Cause, Command, Event, LoadedShape, Setup, Snapshot, State};
 use super::source::{self, Part};
 use super::trouble::{Stop, Trouble, guarded};
+use super::{Told, Wake};
 use crate::inference::{Abstraction, Cancel, Occurrence, Params};
 use renewing::Renewal;
 
+mod by_hand;
 mod loading;
 mod renewing;
 mod stepping;
@@ -26,6 +27,7 @@ mod stepping;
 pub(super) struct Order {
     pub(super) command: Command,
     pub(super) cancel: Cancel,
+    pub(super) epoch: u64,
 }
 
 /// What the engine does when no order waits.
@@ -34,7 +36,6 @@ enum Work {
     Nothing,
     Run,
     StepIteration,
-    StepMerge,
     MergeAll,
     Renew,
     /// Nothing any more, but the next renewal is likely to come soon.
@@ -56,10 +57,12 @@ struct Present<M> {
 
 pub(super) struct Engine<M> {
     orders: Receiver<Order>,
-    events: SyncSender<Event>,
+    events: SyncSender<Told>,
     wake: Arc<Wake>,
     measurer: Measurer,
     cancel: Cancel,
+    /// That of the last order.
+    epoch: u64,
     params: Params,
     pacer: Pacer,
     work: Work,
@@ -78,13 +81,14 @@ pub(super) struct Engine<M> {
 }
 
 impl<M: Machine> Engine<M> {
-    pub(super) fn new(orders: Receiver<Order>, events: SyncSender<Event>, wake: Arc<Wake>) -> Self {
+    pub(super) fn new(orders: Receiver<Order>, events: SyncSender<Told>, wake: Arc<Wake>) -> Self {
         Self {
             orders,
             measurer: Measurer::spawn(events.clone(), &wake),
             events,
             wake,
             cancel: Cancel::default(),
+            epoch: 0,
             params: Params::default(),
             pacer: Pacer::new(Instant::now()),
             work: Work::Nothing,
@@ -107,6 +111,7 @@ impl<M: Machine> Engine<M> {
                 }
                 Some(order) => {
                     self.cancel = order.cancel;
+                    self.epoch = order.epoch;
                     self.obey(order.command);
                 }
                 None if self.owner_is_gone => return,
@@ -153,13 +158,8 @@ impl<M: Machine> Engine<M> {
         if self.renewal.is_some() {
             return None;
         }
-        while let Some(mut order) = self.held.pop_front() {
+        while let Some(order) = self.held.pop_front() {
             if !order.cancel.is_requested() {
-                return Some(order);
-            }
-            // Interrupting ends work, but never loses a file.
-            if matches!(order.command, Command::ExportCloud(_) | Command::ExportPrimitives(_)) {
-                order.cancel = self.cancel.clone();
                 return Some(order);
             }
         }
@@ -180,6 +180,14 @@ impl<M: Machine> Engine<M> {
                 self.renew(setup, at_once);
                 return;
             }
+            Command::Measure(state) => {
+                self.measure(&state);
+                return;
+            }
+            Command::ExportCloud(path, state, colors) => {
+                self.export(&path, &state, Part::Cloud(&colors));
+            }
+            Command::ExportPrimitives(path, state) => self.export(&path, &state, Part::Primitives),
             Command::Load { source, sampling } => {
                 let interrupted = self.halt(Activity::Loading);
                 if !self.load(&source, sampling) {
@@ -210,10 +218,18 @@ impl<M: Machine> Engine<M> {
                 self.work = Work::Nothing;
             }
             Command::StepIteration => self.begin(Work::StepIteration),
-            Command::StepMerge => self.begin(Work::StepMerge),
             Command::MergeAll => self.begin(Work::MergeAll),
-            Command::ExportCloud(path) => self.export(&path, Part::Cloud),
-            Command::ExportPrimitives(path) => self.export(&path, Part::Primitives),
+            Command::Resume(state) => {
+                self.drop_renewal();
+                self.work = Work::Nothing;
+                self.resume(&state);
+            }
+            Command::Edit(edit) => self.edit(&edit),
+            Command::Extend(iterations) => {
+                let ready = self.extend(iterations);
+                self.begin(if ready { Work::Run } else { Work::Nothing });
+            }
+            Command::ProposeMerge { of, skipped } => self.propose_merge(of, &skipped),
         }
         self.announce();
     }
@@ -250,19 +266,11 @@ impl<M: Machine> Engine<M> {
         std::mem::replace(&mut self.work, Work::Nothing)
     }
 
-    fn export(&mut self, path: &Path, part: Part) {
+    fn export(&mut self, path: &Path, state: &State, part: Part<'_>) {
         self.emit(Event::Activity(Activity::Writing));
         let failure = format!("The {} could not be written", part.name());
-        let Some(present) = &self.present else {
-            self.fail(failure, "no shape is loaded; open one first");
-            return;
-        };
-        // Those of the run, whatever the sliders say that waits for the next start.
-        let params = present.machine.params();
-        let outcome = guarded(|| {
-            source::write(part, path, &present.shape, &params, &present.abstraction)
-                .map_err(|error| Stop::trouble(failure, error))
-        });
+        let outcome =
+            guarded(|| source::write(part, path, state).map_err(|error| Stop::trouble(failure, error)));
         match outcome {
             Ok(()) => self.emit(Event::Written { path: path.to_owned(), what: part.name() }),
             Err(stop) => self.report(stop),
@@ -281,43 +289,51 @@ impl<M: Machine> Engine<M> {
     }
 
     /// Has the state measured that the work came to rest at.
-    fn measure(&mut self) {
+    fn measure_present(&mut self) {
         let Some(present) = &mut self.present else { return };
-        if let Some(snapshot) = present.unmeasured.take()
-            && self.measurer.ask(&present.shape.shape, &snapshot)
-        {
-            self.emit(Event::Measuring(snapshot));
+        if let Some(snapshot) = present.unmeasured.take() {
+            let loaded = Arc::clone(&present.shape);
+            self.measure(&State { loaded, snapshot });
+        }
+    }
+
+    fn measure(&mut self, State { loaded, snapshot }: &State) {
+        if self.measurer.ask(&loaded.shape, snapshot) {
+            self.emit(Event::Measuring(Arc::clone(snapshot)));
         }
     }
 
     /// Says what the engine is about to do.
     fn announce(&mut self) {
         if self.work == Work::Nothing {
-            self.measure();
+            self.measure_present();
         }
         self.emit(Event::Activity(match self.work {
             Work::Nothing => Activity::Idle,
             Work::Run | Work::StepIteration => Activity::Running,
-            Work::StepMerge | Work::MergeAll => Activity::Merging,
+            Work::MergeAll => Activity::Merging,
             Work::Renew | Work::Linger if self.renews_slowly => Activity::Running,
             Work::Renew | Work::Linger => Activity::Renewing,
         }));
     }
 
-    fn emit_step(&mut self, occurrences: Vec<Occurrence>) {
-        let snapshot = self.emit_snapshot(occurrences);
+    fn emit_step(&mut self, cause: Cause, occurrences: Vec<Occurrence>) {
+        let snapshot = self.emit_snapshot(cause, occurrences);
         if let Some(present) = &mut self.present {
             present.unmeasured = snapshot;
         }
     }
 
     /// Tells the present state, which it returns.
-    fn emit_snapshot(&mut self, occurrences: Vec<Occurrence>) -> Option<Arc<Snapshot>> {
+    fn emit_snapshot(&mut self, cause: Cause, occurrences: Vec<Occurrence>) -> Option<Arc<Snapshot>> {
         let present = self.present.as_ref()?;
         let snapshot = Arc::new(Snapshot {
+            key: Snapshot::new_key(),
             generation: present.shape.generation,
             run: present.run,
             abstraction: present.abstraction.clone(),
+            checkpoint: Arc::new(present.machine.checkpoint()),
+            cause,
             params: present.machine.params(),
             start: present.start,
             occurrences,
@@ -329,7 +345,7 @@ impl<M: Machine> Engine<M> {
 
     /// Waits while the owner is behind, which bounds what is kept for it.
     fn emit(&mut self, event: Event) {
-        self.owner_is_gone |= self.events.send(event).is_err();
+        self.owner_is_gone |= self.events.send((self.epoch, event)).is_err();
         (self.wake)();
     }
 }

@@ -7,9 +7,9 @@ use std::sync::{Arc, Weak};
 
 use rayon::ThreadPool;
 
-use super::Wake;
 use super::protocol::{Event, Measurement, Snapshot};
 use super::source;
+use super::{Told, Wake};
 use crate::geometry::metrics::{Metrics, Reference, evaluate};
 use crate::io::Shape;
 
@@ -29,7 +29,7 @@ pub(super) struct Measurer {
 
 impl Measurer {
     /// Results go out as events.
-    pub(super) fn spawn(events: SyncSender<Event>, wake: &Arc<Wake>) -> Self {
+    pub(super) fn spawn(events: SyncSender<Told>, wake: &Arc<Wake>) -> Self {
         // Half of the cores are left to the run that may go on meanwhile.
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let (jobs, incoming) = channel();
@@ -60,7 +60,7 @@ impl Measurer {
 }
 
 /// Measures until one of the two ends is gone.
-fn work(jobs: &Receiver<Job>, pool: &ThreadPool, events: &SyncSender<Event>, wake: &Weak<Wake>) {
+fn work(jobs: &Receiver<Job>, pool: &ThreadPool, events: &SyncSender<Told>, wake: &Weak<Wake>) {
     // What measuring against the last shape takes; without keeping that shape.
     let mut prepared: Option<(Weak<Shape>, Result<Reference, String>)> = None;
     let mut waiting: Option<Job> = None;
@@ -83,7 +83,7 @@ fn work(jobs: &Receiver<Job>, pool: &ThreadPool, events: &SyncSender<Event>, wak
         let measurement = Measurement { snapshot: job.snapshot, result };
         // An owner that has this event will be woken for it, too.
         let Some(wake) = wake.upgrade() else { return };
-        if events.send(Event::Measured(Arc::new(measurement))).is_err() {
+        if events.send((0, Event::Measured(Arc::new(measurement)))).is_err() {
             return;
         }
         wake();

@@ -9,7 +9,7 @@ use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
 use std::thread::JoinHandle;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use crate::inference::{Cancel, Run};
 
@@ -26,14 +26,17 @@ mod trouble;
 use engine::{Engine, Order};
 use machine::Machine;
 pub use protocol::{
-    Activity, Command, Event, LoadedShape, Measurement, Pace, Renewed, SamplingOptions, Setup, Snapshot,
-    Source,
+    Activity, Cause, Command, Event, LoadedShape, Measurement, Pace, Renewed, SamplingOptions, Setup,
+    Snapshot, Source, State,
 };
 
 /// Commands that may wait for a busy worker before they wait at the sender.
 const COMMAND_CAPACITY: usize = 64;
 /// Events that may wait for a busy owner before the worker waits for it.
 const EVENT_CAPACITY: usize = 32;
+
+/// An event with the epoch it is of.
+type Told = (u64, Event);
 
 /// Called after each event.
 type Wake = dyn Fn() + Send + Sync;
@@ -45,7 +48,10 @@ pub struct Worker {
     /// `None` only while dropping.
     orders: Option<SyncSender<Order>>,
     /// `None` only while dropping.
-    events: Option<Receiver<Event>>,
+    events: Option<Receiver<Told>>,
+    /// Counts the states that were resumed: what is told of an earlier epoch's
+    /// state came too late.
+    epoch: u64,
     /// Commands that found the channel full, oldest first.
     backlog: VecDeque<Order>,
     /// The flag that travels with the commands sent since the last
@@ -79,6 +85,7 @@ impl Worker {
         Ok(Self {
             orders: Some(orders),
             events: Some(events),
+            epoch: 0,
             backlog: VecDeque::new(),
             cancel: Cancel::default(),
             thread: Some(thread),
@@ -93,13 +100,16 @@ impl Worker {
             self.cancel.request();
             self.cancel = Cancel::default();
         }
+        if matches!(command, Command::Resume(_)) {
+            self.epoch += 1;
+        }
         // A slider that is dragged while the worker is busy leaves one command, not hundreds.
         if let Some(Order { command: waiting, .. }) = self.backlog.back()
             && command.replaces(waiting)
         {
             self.backlog.pop_back();
         }
-        self.backlog.push_back(Order { command, cancel: self.cancel.clone() });
+        self.backlog.push_back(Order { command, cancel: self.cancel.clone(), epoch: self.epoch });
         self.flush();
     }
 
@@ -107,13 +117,21 @@ impl Worker {
     /// a worker calls this whenever `wake` was called.
     pub fn try_events(&mut self) -> impl Iterator<Item = Event> + '_ {
         self.flush();
-        self.events.iter().flat_map(Receiver::try_iter)
+        let epoch = self.epoch;
+        self.events.iter().flat_map(Receiver::try_iter).filter_map(move |told| heard(told, epoch))
     }
 
     /// Waits for the next event, at most `timeout`; `None` if there was none.
     pub fn next_event(&mut self, timeout: Duration) -> Option<Event> {
         self.flush();
-        self.events.as_ref()?.recv_timeout(timeout).ok()
+        let deadline = Instant::now() + timeout;
+        loop {
+            let left = deadline.saturating_duration_since(Instant::now());
+            let told = self.events.as_ref()?.recv_timeout(left).ok()?;
+            if let Some(event) = heard(told, self.epoch) {
+                return Some(event);
+            }
+        }
     }
 
     fn flush(&mut self) {
@@ -134,6 +152,11 @@ impl Worker {
             }
         }
     }
+}
+
+/// The event, unless it tells of a state that was given up since.
+fn heard((of, event): Told, epoch: u64) -> Option<Event> {
+    (of >= epoch || !event.is_of_present()).then_some(event)
 }
 
 /// The threads that a run computes with. They are the worker's own, so that

@@ -2,12 +2,14 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
 use crate::geometry::SampleCloud;
 pub use crate::geometry::SamplingOptions;
 use crate::geometry::metrics::Metrics;
-use crate::inference::{Abstraction, MergeReport, Occurrence, Params};
+use crate::geometry::palette::Colors;
+use crate::inference::{Abstraction, Checkpoint, Edit, MergeProposal, MergeReport, Occurrence, Params};
 use crate::io::Shape;
 
 /// Where a shape comes from.
@@ -24,10 +26,7 @@ pub enum Source {
 #[derive(Debug, Clone)]
 pub enum Command {
     /// Read and sample a shape. On failure the present state stays.
-    Load {
-        source: Source,
-        sampling: SamplingOptions,
-    },
+    Load { source: Source, sampling: SamplingOptions },
     /// Sample the present shape anew and start over.
     Resample(SamplingOptions),
     /// Use these parameters from the next step on.
@@ -37,10 +36,7 @@ pub enum Command {
     /// the finished one. Of the renewals that wait only the latest is made. The
     /// one under way comes first, unless this one is to be made `at_once`: then
     /// it is cancelled. Commands that need a state at rest wait for the renewal.
-    Renew {
-        setup: Setup,
-        at_once: bool,
-    },
+    Renew { setup: Setup, at_once: bool },
     /// Iterate until the run is finished (or paused). A finished run, and one of
     /// another algorithm than the parameters ask for, starts anew.
     Run,
@@ -48,15 +44,29 @@ pub enum Command {
     Pause,
     /// Make the next step of the run.
     StepIteration,
-    StepMerge,
+    /// Go on from an earlier state, at rest: what was going on is cancelled, and
+    /// what it still had to tell is never heard. Parameters are those of the
+    /// state until the next `SetParams`.
+    Resume(State),
+    /// Change the present state by hand; a run that is going on goes on from
+    /// there.
+    Edit(Edit),
+    /// Go on with a finished run for that many further iterations.
+    Extend(u32),
+    /// Find the best merge of a pair that is not among these (by ids), or judge
+    /// that of the pair `of`; answered by [`Event::Proposed`]. Nothing changes.
+    ProposeMerge { of: Option<(u32, u32)>, skipped: Vec<(u32, u32)> },
     /// Merge until no pair is acceptable.
     MergeAll,
     /// Back to the start, with the present parameters.
     Reset,
-    /// Write the segmented cloud of the present state.
-    ExportCloud(PathBuf),
-    /// Write the primitives of the present state.
-    ExportPrimitives(PathBuf),
+    /// Write a state's segmented cloud, in these colours.
+    ExportCloud(PathBuf, State, Arc<Colors>),
+    /// Write a state's primitives.
+    ExportPrimitives(PathBuf, State),
+    /// Measure a state, besides whatever else goes on; answered by
+    /// [`Event::Measuring`] and [`Event::Measured`].
+    Measure(State),
     /// How fast `Run` and `MergeAll` go from step to step.
     SetPace(Pace),
 }
@@ -70,6 +80,7 @@ impl Command {
             Self::Load { .. }
                 | Self::Resample(_)
                 | Self::Reset
+                | Self::Resume(_)
                 | Self::Pause
                 | Self::Renew { at_once: true, .. }
         )
@@ -92,12 +103,16 @@ impl Command {
         match self {
             Self::Run
             | Self::StepIteration
-            | Self::StepMerge
-            | Self::MergeAll
-            | Self::ExportCloud(_)
-            | Self::ExportPrimitives(_) => true,
+            | Self::Edit(_)
+            | Self::Extend(_)
+            | Self::ProposeMerge { .. }
+            | Self::MergeAll => true,
             Self::Load { .. }
             | Self::Resample(_)
+            | Self::Resume(_)
+            | Self::ExportCloud(..)
+            | Self::ExportPrimitives(..)
+            | Self::Measure(_)
             | Self::SetParams(_)
             | Self::Renew { .. }
             | Self::Pause
@@ -126,7 +141,8 @@ pub struct Renewed {
 }
 
 /// How fast a run goes from step to step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Pace {
     /// No waiting.
     #[default]
@@ -156,14 +172,47 @@ pub struct LoadedShape {
     pub sampling: SamplingOptions,
 }
 
+/// A state with what it belongs to.
+#[derive(Debug, Clone)]
+pub struct State {
+    pub loaded: Arc<LoadedShape>,
+    pub snapshot: Arc<Snapshot>,
+}
+
+/// What led to a state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Cause {
+    /// A run started.
+    Start,
+    /// An iteration, or another step of the run.
+    Step,
+    /// A merge that was asked for.
+    Merge,
+    /// A change by hand.
+    Edit,
+}
+
+impl Cause {
+    /// Whether a person did it, and no run would do it again.
+    pub fn is_by_hand(self) -> bool {
+        matches!(self, Self::Merge | Self::Edit)
+    }
+}
+
 /// The state after a step.
 #[derive(Debug, Clone)]
 pub struct Snapshot {
+    /// Names this state, in this process.
+    pub key: u64,
     /// The [`LoadedShape`] this belongs to.
     pub generation: u64,
     /// Counts the runs (starts and resets) of this generation.
     pub run: u64,
     pub abstraction: Abstraction,
+    /// From which a run goes on.
+    pub checkpoint: Arc<Checkpoint>,
+    pub cause: Cause,
     /// The parameters in force in the step that led here.
     pub params: Params,
     /// The parameters that the run was started with: its algorithm, K and seed.
@@ -173,6 +222,14 @@ pub struct Snapshot {
     /// Time spent in the run's steps; pauses and waiting for the pace are not
     /// counted.
     pub elapsed: Duration,
+}
+
+impl Snapshot {
+    /// A key that no other state of this process has.
+    pub fn new_key() -> u64 {
+        static NEXT: AtomicU64 = AtomicU64::new(1);
+        NEXT.fetch_add(1, Ordering::Relaxed)
+    }
 }
 
 /// What a state comes to against the shape that was read.
@@ -208,9 +265,11 @@ pub enum Event {
     Renewing(Setup),
     /// A renewal was finished and is now the present run.
     Renewed(Arc<Renewed>),
-    /// A step of `StepMerge` or `MergeAll`, told after its snapshot: the
-    /// accepted pair, or `None` if no pair is left (`MergeAll` ends with it).
+    /// A step of `MergeAll`, told after its snapshot: the accepted pair, or
+    /// `None` if no pair is left, with which it ends.
     MergeStep(Option<MergeReport>),
+    /// The answer to `ProposeMerge`; `None` where no pair is left to judge.
+    Proposed(Option<Box<MergeProposal>>),
     /// Before the worker is idle again: the state at which steps, merges or a
     /// run came to rest is being measured, besides whatever comes next.
     Measuring(Arc<Snapshot>),
@@ -226,4 +285,21 @@ pub enum Event {
         what: String,
         error: String,
     },
+}
+
+impl Event {
+    /// Whether it tells of the worker's present state, and means nothing any
+    /// more once another was resumed.
+    pub(super) fn is_of_present(&self) -> bool {
+        match self {
+            Self::Loaded(_)
+            | Self::Snapshot(_)
+            | Self::Activity(_)
+            | Self::Renewing(_)
+            | Self::Renewed(_)
+            | Self::MergeStep(_)
+            | Self::Proposed(_) => true,
+            Self::Measuring(_) | Self::Measured(_) | Self::Written { .. } | Self::Failed { .. } => false,
+        }
+    }
 }

@@ -3,10 +3,10 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::protocol::{LoadedShape, SamplingOptions, Source};
+use super::protocol::{SamplingOptions, Source, State};
 use crate::geometry::SampleCloud;
 use crate::geometry::metrics::{MetricOptions, Reference};
-use crate::inference::{Abstraction, Params};
+use crate::geometry::palette::Colors;
 use crate::io::{self, Outcome, Shape};
 
 /// Reads the shape.
@@ -30,38 +30,37 @@ pub(super) fn reference(shape: &Shape) -> Result<Reference, String> {
 
 /// What can be written of a state.
 #[derive(Debug, Clone, Copy)]
-pub(super) enum Part {
-    Cloud,
+pub(super) enum Part<'a> {
+    /// In these colours.
+    Cloud(&'a Colors),
     Primitives,
 }
 
-impl Part {
+impl Part<'_> {
     /// For people.
     pub(super) fn name(self) -> &'static str {
         match self {
-            Self::Cloud => "segmented cloud",
+            Self::Cloud(_) => "segmented cloud",
             Self::Primitives => "primitives",
         }
     }
 }
 
 /// Writes a part of the state, whole or not at all.
-pub(super) fn write(
-    part: Part,
-    path: &Path,
-    loaded: &LoadedShape,
-    params: &Params,
-    abstraction: &Abstraction,
-) -> Result<(), String> {
+pub(super) fn write(part: Part<'_>, path: &Path, state: &State) -> Result<(), String> {
+    let State { loaded, snapshot } = state;
+    let plain = Colors::default();
+    let colors = if let Part::Cloud(colors) = part { colors } else { &plain };
     let outcome = Outcome {
+        colors,
         shape: &loaded.shape,
         cloud: &loaded.cloud,
         sampling: loaded.sampling,
-        params,
-        abstraction,
+        params: &snapshot.params,
+        abstraction: &snapshot.abstraction,
     };
     match part {
-        Part::Cloud => io::write_segmented_ply(path, &outcome),
+        Part::Cloud(_) => io::write_segmented_ply(path, &outcome),
         Part::Primitives => io::write_primitives_json(path, &outcome),
     }
     .map_err(|error| chain(&error))

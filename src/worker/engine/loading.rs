@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::super::machine::Machine;
-use super::super::protocol::{Event, LoadedShape, SamplingOptions, Source};
+use super::super::protocol::{Cause, Event, LoadedShape, SamplingOptions, Source};
 use super::super::source;
 use super::super::trouble::{Stop, guarded};
 use super::{Engine, Present};
@@ -63,7 +63,7 @@ impl<M: Machine> Engine<M> {
                     elapsed: Duration::ZERO,
                     unmeasured: None,
                 });
-                self.emit_snapshot(Vec::new());
+                self.emit_snapshot(Cause::Start, Vec::new());
                 true
             }
             Err(stop) => {

@@ -13,7 +13,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use super::super::machine::Machine;
-use super::super::protocol::{Event, LoadedShape, Renewed, SamplingOptions, Setup, Snapshot};
+use super::super::protocol::{Cause, Event, LoadedShape, Renewed, SamplingOptions, Setup, Snapshot};
 use super::super::source;
 use super::super::trouble::{Stop, guarded};
 use super::{Engine, Present, Work};
@@ -67,7 +67,7 @@ impl<M: Machine> Renewal<M> {
         let begun = Instant::now();
         if let Some(machine) = &mut self.machine {
             let occurrences = machine.step(cancel).map_err(|error| Stop::inference(WHAT, &error))?;
-            self.keep(occurrences, begun);
+            self.keep(Cause::Step, occurrences, begun);
         } else if self.shape.sampling != sampling {
             self.shape = resampled(&self.shape, sampling).map_err(|error| Stop::trouble(WHAT, error))?;
             self.run = 1;
@@ -79,20 +79,23 @@ impl<M: Machine> Renewal<M> {
             };
             self.machine = Some(started.map_err(|error| Stop::inference(WHAT, &error))?);
             // As in any run, what comes before the first step is not counted.
-            self.keep(Vec::new(), Instant::now());
+            self.keep(Cause::Start, Vec::new(), Instant::now());
         }
         Ok(self.machine.as_ref().is_some_and(M::is_finished))
     }
 
     /// Keeps the present state, which a step led to that began at `begun`.
-    fn keep(&mut self, occurrences: Vec<Occurrence>, begun: Instant) {
+    fn keep(&mut self, cause: Cause, occurrences: Vec<Occurrence>, begun: Instant) {
         let Some(machine) = &self.machine else { return };
         let abstraction = machine.abstraction();
         self.elapsed += begun.elapsed();
         self.states.push(Arc::new(Snapshot {
+            key: Snapshot::new_key(),
             generation: self.shape.generation,
             run: self.run,
             abstraction,
+            checkpoint: Arc::new(machine.checkpoint()),
+            cause,
             params: machine.params(),
             start: self.setup.params,
             occurrences,

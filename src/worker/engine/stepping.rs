@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use super::super::machine::Machine;
-use super::super::protocol::Event;
+use super::super::protocol::{Cause, Event};
 use super::super::trouble::{Stop, guarded};
 use super::{Engine, Work};
 use crate::inference::{MergeReport, Occurrence};
@@ -39,7 +39,7 @@ impl<M: Machine> Engine<M> {
                 present.start = params;
                 present.elapsed = Duration::ZERO;
                 present.unmeasured = None;
-                self.emit_snapshot(Vec::new());
+                self.emit_snapshot(Cause::Start, Vec::new());
                 true
             }
             (Ok(_), None) => false,
@@ -59,7 +59,7 @@ impl<M: Machine> Engine<M> {
                 self.work = Work::Nothing;
                 self.announce();
             }
-            Work::Run | Work::StepIteration | Work::StepMerge | Work::MergeAll => self.step(),
+            Work::Run | Work::StepIteration | Work::MergeAll => self.step(),
         }
     }
 
@@ -81,7 +81,7 @@ impl<M: Machine> Engine<M> {
         let outcome = guarded(|| {
             let mut machine = present.machine.clone();
             let step = match work {
-                Work::StepMerge | Work::MergeAll => machine.step_merge(&cancel).map(Step::Merged),
+                Work::MergeAll => machine.step_merge(&cancel).map(Step::Merged),
                 _ => machine.step(&cancel).map(Step::Iterated),
             }
             .map_err(|error| Stop::inference("The step could not be made", &error))?;
@@ -110,14 +110,14 @@ impl<M: Machine> Engine<M> {
 
     /// Tells of a step that was made, and whether it was the last.
     fn conclude(&mut self, step: Step) {
-        let mut done = matches!(self.work, Work::StepIteration | Work::StepMerge);
+        let mut done = self.work == Work::StepIteration;
         match step {
             Step::Iterated(occurrences) => {
                 done |= self.present.as_ref().is_none_or(|p| p.machine.is_finished());
-                self.emit_step(occurrences);
+                self.emit_step(Cause::Step, occurrences);
             }
             Step::Merged(Some(report)) => {
-                self.emit_step(vec![Occurrence::Merged(report.clone())]);
+                self.emit_step(Cause::Merge, vec![Occurrence::Merged(report.clone())]);
                 self.emit(Event::MergeStep(Some(report)));
             }
             Step::Merged(None) => {

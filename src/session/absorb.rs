@@ -1,0 +1,166 @@
+//! What the worker tells.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use super::messages::{self, Level};
+use super::timeline::Timeline;
+use super::{Effect, Session};
+use crate::geometry::SampledPart;
+use crate::inference::Occurrence;
+use crate::worker::{Activity, Cause, Command, Event, LoadedShape, Snapshot};
+
+/// Measurements that are kept.
+const MEASURED: usize = 512;
+
+impl Session {
+    /// Takes in what the worker tells.
+    pub fn absorb(&mut self, event: Event) -> Vec<Effect> {
+        match event {
+            Event::Loaded(shape) => return self.absorb_shape(shape),
+            Event::Snapshot(snapshot) => self.absorb_snapshot(snapshot),
+            Event::Activity(activity) => {
+                self.activity = activity;
+                if activity == Activity::Idle {
+                    // Whatever was on its way has arrived, failed or was cancelled.
+                    self.run_when_loaded = false;
+                    self.live.finish();
+                    return self.renew_if_due();
+                }
+            }
+            Event::Renewing(setup) => self.live.begin(setup),
+            Event::Renewed(renewed) => self.absorb_renewed(&renewed),
+            Event::MergeStep(Some(report)) => {
+                let (a, b) = report.merged;
+                let gone = if a == report.into { b } else { a };
+                let text = format!("Merged {gone} into {}: {}", report.into, report.reason);
+                self.messages.push(Level::Detail, text.clone(), "");
+                self.merge_text = Some(text);
+            }
+            Event::MergeStep(None) => {
+                self.merges_are_exhausted = true;
+                self.dismiss_answered();
+                self.merge_text = Some("No pair is left that may be merged.".to_owned());
+            }
+            Event::Measuring(snapshot) => self.measuring = Some(snapshot),
+            Event::Measured(measurement) => {
+                self.measuring.take_if(|s| Arc::ptr_eq(s, &measurement.snapshot));
+                let key = measurement.snapshot.key;
+                // A state that was left behind doesn't matter any more.
+                if self.timeline.branches().iter().flat_map(|b| &b.states).any(|s| s.key == key) {
+                    self.measured.retain(|m| m.snapshot.key != key);
+                    if self.measured.len() == MEASURED {
+                        self.measured.remove(0);
+                    }
+                    self.measured.push(measurement);
+                }
+            }
+            Event::Proposed(proposal) => self.absorb_proposal(proposal),
+            Event::Written { path, what } => {
+                // What could not be written before can be now.
+                self.messages.dismiss_errors();
+                self.messages.push(Level::Note, format!("Wrote the {what} to {}", path.display()), "");
+            }
+            Event::Failed { what, error } => self.messages.push(Level::Error, what, error),
+        }
+        Vec::new()
+    }
+
+    fn absorb_shape(&mut self, shape: Arc<LoadedShape>) -> Vec<Effect> {
+        let is_same = self.loaded.as_ref().is_some_and(|old| Arc::ptr_eq(&old.shape, &shape.shape));
+        let name = &shape.shape.name;
+        for note in &shape.shape.notes {
+            if !is_same {
+                self.messages.push(Level::Note, format!("{name}: {note}"), "");
+            }
+        }
+        let points = shape.cloud.points.len();
+        self.messages.push(Level::Detail, format!("Loaded {name} with {points} samples"), "");
+        if let Some(note) = shape.cloud.part.note() {
+            let level = match shape.cloud.part {
+                SampledPart::WholeAsHidden | SampledPart::Connected { .. } => Level::Note,
+                SampledPart::Whole | SampledPart::Outside { .. } => Level::Detail,
+            };
+            self.messages.push(level, format!("{name}: {note}"), "");
+        }
+        // What went wrong before doesn't concern the new shape.
+        self.messages.dismiss_errors();
+        self.loaded = Some(shape);
+        self.snapshot = None;
+        self.measuring = None;
+        self.merge_text = None;
+        self.drop_proposal();
+        self.selection.clear();
+        self.selected_points = Arc::default();
+        self.hidden.clear();
+        if !is_same {
+            self.timeline = Timeline::default();
+            self.measured.clear();
+        }
+        self.worker_at = None;
+        self.refit_scene();
+        if !is_same {
+            self.camera.frame(&self.scene.bounds);
+        }
+        // It has arrived, whatever comes of it next.
+        self.activity = Activity::Idle;
+        let renewal = self.renew_if_due();
+        if !renewal.is_empty() {
+            return renewal;
+        }
+        if std::mem::take(&mut self.run_when_loaded) {
+            return self.work(Command::Run, Activity::Running);
+        }
+        Vec::new()
+    }
+
+    fn absorb_snapshot(&mut self, snapshot: Arc<Snapshot>) {
+        let Some(loaded) = self.loaded.clone() else { return };
+        let follows = self.timeline.follows();
+        self.worker_at = Some(snapshot.key);
+        if snapshot.cause == Cause::Start {
+            self.drop_proposal();
+            self.merge_text = None;
+            // A run that starts leaves behind what stopped the last one.
+            self.messages.dismiss_errors();
+            self.timeline.start(&loaded, Arc::clone(&snapshot), Arc::default());
+        } else {
+            self.timeline.push(Arc::clone(&snapshot));
+        }
+        for occurrence in &snapshot.occurrences {
+            if let Occurrence::Merged(report) = occurrence {
+                // The selection goes on with what it has become.
+                for id in [report.merged.0, report.merged.1] {
+                    if id != report.into && self.selection.remove(&id) {
+                        self.selection.insert(report.into);
+                    }
+                }
+            }
+        }
+        if !snapshot.occurrences.is_empty() {
+            let text = messages::of_step(&snapshot);
+            self.messages.push(Level::Detail, text, "");
+            self.dismiss_answered();
+        }
+        if follows || snapshot.cause == Cause::Start {
+            self.show_state(snapshot);
+        }
+    }
+
+    /// Makes a state the present one.
+    pub(super) fn show_state(&mut self, snapshot: Arc<Snapshot>) {
+        self.merges_are_exhausted = false;
+        self.snapshot = Some(snapshot);
+        let present: BTreeSet<u32> = self.primitives().iter().map(|p| p.id).collect();
+        self.selection.retain(|id| present.contains(id));
+        self.hidden.retain(|id| present.contains(id));
+    }
+
+    /// The work that was asked for has succeeded: what went wrong before it
+    /// matters no more.
+    fn dismiss_answered(&mut self) {
+        if let Some(number) = self.answered.take() {
+            self.messages.dismiss_errors_until(number);
+        }
+    }
+}

@@ -1,0 +1,273 @@
+//! What a person asks for.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use super::camera::{AxisView, Bounds, Camera};
+use super::messages::Level;
+use super::scene::SceneFromInput;
+use super::undo::Undoable;
+use super::view::{Picks, ThemeChoice, Tool, View};
+use super::{Action, Effect, Export, Session, Verb};
+use crate::inference::Params;
+use crate::worker::{Activity, Command, Source};
+
+impl Session {
+    /// Does what a person asked for, and remembers how to undo it.
+    pub fn apply(&mut self, action: Action) -> Vec<Effect> {
+        if let Action::Verb(verb) = action
+            && !self.is_enabled(verb)
+        {
+            return Vec::new();
+        }
+        let undoable = self.undoable(&action);
+        let before = undoable.as_ref().map(|_| self.document());
+        let effects = self.carry_out(action);
+        if let (Some(undoable), Some(before)) = (undoable, before) {
+            let changed = before != self.document();
+            let works = effects.iter().any(|e| matches!(e, Effect::Send(_)));
+            match undoable {
+                Undoable::Gesture(label) if changed || works => self.undo.record_gesture(&label, before),
+                Undoable::Step(label) if changed || works => self.undo.record(label, before),
+                _ => {}
+            }
+        }
+        effects
+    }
+
+    fn carry_out(&mut self, action: Action) -> Vec<Effect> {
+        match action {
+            Action::Verb(verb) => return self.apply_verb(verb),
+            Action::OpenFile(path) => return self.open(Source::File(path)),
+            Action::Export(export, path) => return self.export(export, path).into_iter().collect(),
+            Action::Edit(edit) => return self.edit(vec![edit]),
+            Action::ProposeMergeOf(a, b) => return self.propose(Some((a, b))),
+            Action::ShowState(index) => return self.show_state_at(index),
+            Action::SwitchBranch(id) => {
+                self.timeline.switch(id);
+                return self.show_timeline();
+            }
+            Action::RenameBranch(id, name) => self.timeline.rename(id, &name),
+            Action::RemoveBranch(id) => {
+                self.timeline.remove(id);
+                return self.show_timeline();
+            }
+            Action::EndGesture => self.undo.end_gesture(),
+            Action::SaveScreenshot(path) => return vec![Effect::SaveScreenshot(path)],
+            Action::SetParams(params) => return self.take_setup(params, self.sampling),
+            Action::SetMethod(method) => {
+                let params = Params { seed: self.params.seed, ..method.params() };
+                return self.take_setup(params, self.sampling);
+            }
+            Action::SetSampling(sampling) => return self.take_setup(self.params, sampling),
+            Action::HandRests => return self.hand_rests(),
+            Action::SetPace(pace) => {
+                self.pace = pace;
+                return vec![Effect::Send(Command::SetPace(pace))];
+            }
+            Action::Select(id) => self.selection = id.into_iter().collect(),
+            Action::ToggleSelected(id) => {
+                if !self.selection.remove(&id) {
+                    self.selection.insert(id);
+                }
+            }
+            Action::SelectPrimitives { ids, how } => {
+                let present = self.primitives().iter().map(|p| p.id).collect::<BTreeSet<_>>();
+                let meant = ids.into_iter().filter(|id| present.contains(id)).collect();
+                how.apply_to_set(&mut self.selection, meant);
+            }
+            Action::SelectPoints { samples, how } => {
+                let count = self.loaded.as_ref().map_or(0, |l| l.cloud.points.len());
+                self.selected_points = how.apply_to_list(&self.selected_points, samples, count);
+            }
+            Action::SetPrimitiveVisible(id, true) => {
+                self.hidden.remove(&id);
+            }
+            Action::SetPrimitiveVisible(id, false) => {
+                self.hidden.insert(id);
+            }
+            Action::SetLayer(layer, shown) => self.view.set_layer(layer, shown),
+            Action::SetSurfaceStyle(style) => self.view.surface_style = style,
+            Action::SetPointSize(size) => {
+                self.view.point_size = size.clamp(View::POINT_SIZE.0, View::POINT_SIZE.1);
+            }
+            Action::SetColorBy(by) => self.view.color_by = by,
+            Action::SetVisibleOnly(on) => self.view.visible_only = on,
+            Action::SetUpAxis(up) => {
+                self.view.up = up;
+                self.refit_scene();
+                self.camera.frame(&self.scene.bounds);
+            }
+            Action::Orbit { right, up } => self.camera.orbit(right, up),
+            Action::Pan(offset) => self.camera.pan(offset),
+            Action::Zoom { cursor, factor } => self.camera.zoom_to(cursor, factor),
+            Action::SetPivot(point) => self.jump(|camera| camera.set_pivot(point)),
+            Action::SetAspect(aspect) => self.set_aspect(aspect),
+            Action::DismissErrors => self.messages.dismiss_errors(),
+            Action::Tell { what, error } => self.messages.push(Level::Error, what, error),
+            Action::Note(text) => {
+                self.messages.dismiss_errors();
+                self.messages.push(Level::Note, text, "");
+            }
+        }
+        Vec::new()
+    }
+
+    fn apply_verb(&mut self, verb: Verb) -> Vec<Effect> {
+        match verb {
+            Verb::Open => return vec![Effect::AskForShape],
+            Verb::OpenBuiltIn => return self.open(Source::BuiltIn),
+            Verb::ExportCloud => return vec![Effect::AskForExport(Export::Cloud)],
+            Verb::ExportPrimitives => return vec![Effect::AskForExport(Export::Primitives)],
+            Verb::SaveScreenshot => return vec![Effect::AskForScreenshot],
+            Verb::Quit => return vec![Effect::Quit],
+            Verb::Run => return self.work(Command::Run, Activity::Running),
+            Verb::Pause => {
+                self.run_when_loaded = false;
+                return vec![Effect::Send(Command::Pause)];
+            }
+            Verb::StepIteration => return self.work(Command::StepIteration, Activity::Running),
+            Verb::StepMerge => {
+                self.skipped.clear();
+                return self.propose(None);
+            }
+            Verb::AcceptMerge => return self.accept_merge(),
+            Verb::SkipMerge => return self.skip_merge(),
+            Verb::DropMerge => self.drop_proposal(),
+            Verb::MergeAll => return self.work(Command::MergeAll, Activity::Merging),
+            Verb::Reset => {
+                let mut effects = self.sync();
+                effects.extend(self.command(Command::Reset, Activity::Loading));
+                return effects;
+            }
+            Verb::Continue => return self.extend(),
+            Verb::ContinueHere => {
+                self.timeline.branch_here();
+                let mut effects = self.sync();
+                effects.extend(self.command(Command::Run, Activity::Running));
+                return effects;
+            }
+            Verb::Undo => return self.undo_step(),
+            Verb::Redo => return self.redo_step(),
+            Verb::FirstState => return self.show_state_at(0),
+            Verb::LastState => return self.show_state_at(usize::MAX),
+            Verb::PreviousState => return self.show_state_at(self.timeline.shown_index().saturating_sub(1)),
+            Verb::NextState => return self.show_state_at(self.timeline.shown_index() + 1),
+            Verb::MergeSelected
+            | Verb::SplitSelected
+            | Verb::DeleteSelected
+            | Verb::RefitSelected
+            | Verb::LockSelected
+            | Verb::NewCluster
+            | Verb::BelongTogether
+            | Verb::ReleasePoints => return self.edit(self.edits_of(verb)),
+            Verb::Resample => return self.command(Command::Resample(self.sampling), Activity::Loading),
+            Verb::ToggleLive => return self.set_live(!self.live.is_on),
+            Verb::FrameSelection => {
+                if let Some(bounds) = self.selection_bounds() {
+                    self.jump(|camera| camera.frame(&bounds));
+                }
+            }
+            Verb::FrameAll => {
+                let bounds = self.scene.bounds;
+                self.jump(|camera| camera.frame(&bounds));
+            }
+            Verb::ViewFront => self.jump(|camera| camera.look(AxisView::Front)),
+            Verb::ViewBack => self.jump(|camera| camera.look(AxisView::Back)),
+            Verb::ViewRight => self.jump(|camera| camera.look(AxisView::Right)),
+            Verb::ViewLeft => self.jump(|camera| camera.look(AxisView::Left)),
+            Verb::ViewTop => self.jump(|camera| camera.look(AxisView::Top)),
+            Verb::ViewBottom => self.jump(|camera| camera.look(AxisView::Bottom)),
+            Verb::ToggleOrthographic => self.camera.orthographic ^= true,
+            Verb::ToolClick => self.view.tool = Tool::Click,
+            Verb::ToolBox => self.view.tool = Tool::Box,
+            Verb::ToolLasso => self.view.tool = Tool::Lasso,
+            Verb::TogglePicks => {
+                self.view.picks = match self.view.picks {
+                    Picks::Primitives => Picks::Points,
+                    Picks::Points => Picks::Primitives,
+                };
+            }
+            Verb::Deselect => {
+                self.selection.clear();
+                self.selected_points = Arc::default();
+            }
+            Verb::HideSelected => self.hidden.extend(&self.selection),
+            Verb::ShowAll => self.hidden.clear(),
+            Verb::ToggleLog => self.view.shows_log ^= true,
+            Verb::ThemeSystem => self.view.theme = ThemeChoice::System,
+            Verb::ThemeLight => self.view.theme = ThemeChoice::Light,
+            Verb::ThemeDark => self.view.theme = ThemeChoice::Dark,
+            Verb::ShowShortcuts => self.view.shows_shortcuts ^= true,
+            Verb::ShowAbout => self.view.shows_about ^= true,
+        }
+        Vec::new()
+    }
+
+    pub(super) fn command(&mut self, command: Command, activity: Activity) -> Vec<Effect> {
+        self.expect(activity);
+        vec![Effect::Send(command)]
+    }
+
+    /// The activity is assumed at once, so that no button can be pressed
+    /// twice; the worker answers every command with its own word on it.
+    pub(super) fn expect(&mut self, activity: Activity) {
+        self.activity = activity;
+        self.live.forget();
+        self.drop_proposal();
+        self.answered = Some(self.messages.count());
+    }
+
+    fn export(&self, export: Export, path: PathBuf) -> Option<Effect> {
+        let state = self.shown_state()?;
+        let colors = self.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default();
+        Some(Effect::Send(match export {
+            Export::Cloud => Command::ExportCloud(path, state, colors),
+            Export::Primitives => Command::ExportPrimitives(path, state),
+        }))
+    }
+
+    fn open(&mut self, source: Source) -> Vec<Effect> {
+        vec![Effect::Send(self.load(source))]
+    }
+
+    pub(super) fn load(&mut self, source: Source) -> Command {
+        self.run_when_loaded = true;
+        self.expect(Activity::Loading);
+        Command::Load { source, sampling: self.sampling }
+    }
+
+    /// Moves the camera to another place at once.
+    fn jump(&mut self, to: impl FnOnce(&mut Camera)) {
+        self.camera_jumps += 1;
+        to(&mut self.camera);
+    }
+
+    /// The box around the selected primitives and points, in scene units.
+    fn selection_bounds(&self) -> Option<Bounds> {
+        let selected = self.primitives().iter().filter(|p| self.selection.contains(&p.id));
+        let boxes = selected.filter_map(|p| self.scene.bounds_of(&p.shape));
+        let points = self.loaded.iter().flat_map(|loaded| {
+            let samples = self.selected_points.iter();
+            samples.filter_map(|&i| loaded.cloud.points.get(i as usize)).map(|p| self.scene.point(p))
+        });
+        Bounds::around(boxes.flat_map(|b| [b.min, b.max]).chain(points).collect::<Vec<_>>())
+    }
+
+    fn set_aspect(&mut self, aspect: f64) {
+        if aspect.is_finite() && aspect > 0.0 {
+            // Before the first picture, the framing could only guess the window's form.
+            let is_first = self.camera.aspect == Camera::default().aspect;
+            self.camera.aspect = aspect;
+            if is_first && self.loaded.is_some() {
+                self.camera.frame(&self.scene.bounds);
+            }
+        }
+    }
+
+    pub(super) fn refit_scene(&mut self) {
+        let points = self.loaded.as_ref().map_or(&[][..], |l| &l.cloud.points);
+        self.scene = SceneFromInput::fit(points, self.view.up);
+    }
+}

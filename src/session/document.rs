@@ -1,0 +1,41 @@
+//! What undo brings back and a session file keeps.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use super::timeline::Timeline;
+use crate::inference::Params;
+use crate::worker::{LoadedShape, SamplingOptions};
+
+/// All of a session that is a person's work. Cheap to clone: shapes and states
+/// are shared.
+#[derive(Debug, Clone)]
+pub struct Document {
+    pub loaded: Option<Arc<LoadedShape>>,
+    pub params: Params,
+    pub sampling: SamplingOptions,
+    pub timeline: Timeline,
+    /// Ids of the selected primitives.
+    pub selection: BTreeSet<u32>,
+    /// Indices of the selected samples, in order.
+    pub selected_points: Arc<[u32]>,
+    /// Ids of the primitives that are not shown.
+    pub hidden: BTreeSet<u32>,
+}
+
+impl PartialEq for Document {
+    /// Shapes and states by identity.
+    fn eq(&self, other: &Self) -> bool {
+        let same_shape = match (&self.loaded, &other.loaded) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        same_shape
+            && self.params == other.params
+            && self.sampling == other.sampling
+            && self.timeline == other.timeline
+            && self.selection == other.selection
+            && self.selected_points == other.selected_points
+            && self.hidden == other.hidden
+    }
+}

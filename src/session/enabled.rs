@@ -1,0 +1,110 @@
+//! What can be asked for now, and why not.
+
+use super::view::{Picks, ThemeChoice, Tool};
+use super::{Session, Verb};
+use crate::inference::{Algorithm, Phase};
+use crate::worker::Activity;
+
+impl Session {
+    /// Whether the verb would do something now.
+    pub fn is_enabled(&self, verb: Verb) -> bool {
+        let loaded = self.loaded.is_some();
+        // What is asked for while a run is made anew waits for its result, which
+        // takes a blink: the buttons don't.
+        let idle = matches!(self.activity, Activity::Idle | Activity::Renewing);
+        let is_sampler = self.algorithm() == Algorithm::Sampler;
+        let can_edit = loaded && self.activity != Activity::Loading && is_sampler;
+        match verb {
+            Verb::ExportCloud | Verb::ExportPrimitives => {
+                self.snapshot.is_some() && self.activity != Activity::Writing
+            }
+            Verb::Run => loaded && idle,
+            Verb::Pause => self.is_running() || self.activity == Activity::Loading,
+            Verb::StepIteration => loaded && idle && self.phase() != Some(Phase::Finished),
+            Verb::StepMerge | Verb::MergeAll => {
+                loaded
+                    && idle
+                    && self.primitives().len() > 1
+                    && !(verb == Verb::MergeAll && self.merges_are_exhausted)
+                    && self.why_disabled(verb).is_none()
+            }
+            Verb::Reset => {
+                loaded
+                    && self.activity != Activity::Loading
+                    && (self.timeline.states().len() > 1 || self.stale_start().is_some())
+            }
+            Verb::Resample => {
+                self.activity != Activity::Loading
+                    && !self.live.is_renewing()
+                    && self.loaded.as_ref().is_some_and(|l| l.sampling != self.sampling)
+            }
+            Verb::HideSelected => !self.selection.is_empty(),
+            Verb::Deselect | Verb::FrameSelection => {
+                !self.selection.is_empty() || !self.selected_points.is_empty()
+            }
+            Verb::Undo => !self.undo.done().is_empty(),
+            Verb::Redo => !self.undo.undone().is_empty(),
+            Verb::Continue => loaded && idle && self.phase() == Some(Phase::Finished) && is_sampler,
+            Verb::ContinueHere => loaded && !self.timeline.is_at_end() && self.activity != Activity::Loading,
+            Verb::FirstState | Verb::PreviousState => self.timeline.shown_index() > 0,
+            Verb::LastState | Verb::NextState => !self.timeline.is_at_end(),
+            Verb::AcceptMerge | Verb::SkipMerge | Verb::DropMerge => self.proposal.is_some(),
+            Verb::MergeSelected => can_edit && self.selection.len() > 1,
+            Verb::SplitSelected | Verb::RefitSelected => can_edit && self.selection.len() == 1,
+            Verb::DeleteSelected | Verb::LockSelected => can_edit && !self.selection.is_empty(),
+            Verb::NewCluster | Verb::BelongTogether => can_edit && !self.selected_points.is_empty(),
+            Verb::ReleasePoints => {
+                can_edit && self.snapshot.as_ref().is_some_and(|s| !s.abstraction.pinned.is_empty())
+            }
+            Verb::FrameAll => loaded,
+            Verb::ShowAll => !self.hidden.is_empty(),
+            _ => true,
+        }
+    }
+
+    /// Whether a verb that switches something is on; `None` for the others.
+    pub fn is_on(&self, verb: Verb) -> Option<bool> {
+        match verb {
+            Verb::ToggleOrthographic => Some(self.camera.orthographic),
+            Verb::ToggleLive => Some(self.live.is_on),
+            Verb::ToggleLog => Some(self.view.shows_log),
+            Verb::ToolClick => Some(self.view.tool == Tool::Click),
+            Verb::ToolBox => Some(self.view.tool == Tool::Box),
+            Verb::ToolLasso => Some(self.view.tool == Tool::Lasso),
+            Verb::TogglePicks => Some(self.view.picks == Picks::Points),
+            Verb::ThemeSystem => Some(self.view.theme == ThemeChoice::System),
+            Verb::ThemeLight => Some(self.view.theme == ThemeChoice::Light),
+            Verb::ThemeDark => Some(self.view.theme == ThemeChoice::Dark),
+            _ => None,
+        }
+    }
+
+    /// What the present run computes with.
+    pub fn algorithm(&self) -> Algorithm {
+        self.snapshot.as_ref().map_or(self.params.algorithm, |s| s.start.algorithm)
+    }
+
+    /// Why the verb can't be had, where a person would not guess.
+    pub fn why_disabled(&self, verb: Verb) -> Option<&'static str> {
+        if self.algorithm() == Algorithm::Sampler {
+            return None;
+        }
+        match verb {
+            Verb::StepMerge | Verb::MergeAll => {
+                Some("Only the sampler merges; the method of this run has nothing to judge a merge by")
+            }
+            Verb::Continue
+            | Verb::MergeSelected
+            | Verb::SplitSelected
+            | Verb::RefitSelected
+            | Verb::DeleteSelected
+            | Verb::LockSelected
+            | Verb::NewCluster
+            | Verb::BelongTogether
+            | Verb::ReleasePoints => {
+                Some("Only the sampler's states can be changed by hand; choose that method and run")
+            }
+            _ => None,
+        }
+    }
+}

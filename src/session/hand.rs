@@ -1,0 +1,294 @@
+//! What a hand does to states: going back and on, edits, merges on probation,
+//! undo.
+
+use std::sync::Arc;
+
+use super::document::Document;
+use super::messages::Level;
+use super::undo::{Step, Undoable};
+use super::{Action, Effect, Session, Verb};
+use crate::inference::{Edit, MergeProposal, Params};
+use crate::io::Shape;
+use crate::worker::{Activity, Command, LoadedShape};
+
+impl Session {
+    /// The commands that bring the worker to the state that is shown; none
+    /// where it is there already.
+    pub(super) fn sync(&mut self) -> Vec<Effect> {
+        let Some(state) = self.shown_state() else { return Vec::new() };
+        let key = state.snapshot.key;
+        if self.worker_at == Some(key) {
+            return Vec::new();
+        }
+        self.worker_at = Some(key);
+        self.live.forget();
+        vec![Effect::Send(Command::Resume(state)), Effect::Send(Command::SetParams(self.params))]
+    }
+
+    /// Work that goes on from the shown state: where later ones are there, it
+    /// begins a branch.
+    pub(super) fn work(&mut self, command: Command, activity: Activity) -> Vec<Effect> {
+        self.timeline.branch_here();
+        let mut effects = self.sync();
+        effects.extend(self.command(command, activity));
+        effects
+    }
+
+    pub(super) fn edit(&mut self, edits: Vec<Edit>) -> Vec<Effect> {
+        if self.snapshot.is_none() || edits.is_empty() {
+            return Vec::new();
+        }
+        self.drop_proposal();
+        self.timeline.branch_here();
+        let mut effects = self.sync();
+        self.answered = Some(self.messages.count());
+        effects.extend(edits.into_iter().map(|edit| Effect::Send(Command::Edit(edit))));
+        effects
+    }
+
+    /// What the verb changes in the present selection.
+    pub(super) fn edits_of(&self, verb: Verb) -> Vec<Edit> {
+        if verb == Verb::LockSelected {
+            let selected = || self.primitives().iter().filter(|p| self.selection.contains(&p.id));
+            let locked = !selected().all(|p| p.locked);
+            return selected()
+                .filter(|p| p.locked != locked)
+                .map(|p| Edit::Lock { id: p.id, locked })
+                .collect();
+        }
+        self.edit_of(verb).into_iter().collect()
+    }
+
+    fn edit_of(&self, verb: Verb) -> Option<Edit> {
+        let ids: Vec<u32> = self.selection.iter().copied().collect();
+        let samples = self.selected_points.to_vec();
+        Some(match verb {
+            Verb::MergeSelected => Edit::Merge { ids },
+            Verb::SplitSelected => Edit::Split { id: *ids.first()? },
+            Verb::RefitSelected => Edit::Refit { id: *ids.first()? },
+            Verb::DeleteSelected => Edit::Delete { ids },
+            Verb::NewCluster => Edit::NewCluster { samples },
+            Verb::BelongTogether => Edit::Together { samples },
+            Verb::ReleasePoints if samples.is_empty() => {
+                Edit::Release { samples: self.snapshot.as_ref()?.abstraction.pinned.to_vec() }
+            }
+            Verb::ReleasePoints => Edit::Release { samples },
+            _ => return None,
+        })
+    }
+
+    /// Takes the finished run on for as many iterations again.
+    pub(super) fn extend(&mut self) -> Vec<Effect> {
+        let more = self.params.iterations;
+        let done = self.snapshot.as_ref().map_or(0, |s| s.abstraction.iteration);
+        let effects = self.work(Command::Extend(more), Activity::Running);
+        // As the run's own T, which the next change of a slider sends back.
+        self.params.iterations = (done + more).min(Params::ITERATIONS.1);
+        effects
+    }
+
+    /// Asks for a merge to be judged: that of a pair, or the best there is.
+    pub(super) fn propose(&mut self, of: Option<(u32, u32)>) -> Vec<Effect> {
+        self.timeline.branch_here();
+        let mut effects = self.sync();
+        let skipped = self.skipped.clone();
+        effects.push(Effect::Send(Command::ProposeMerge { of, skipped }));
+        effects
+    }
+
+    pub(super) fn absorb_proposal(&mut self, proposal: Option<Box<MergeProposal>>) {
+        if let Some(proposal) = &proposal {
+            self.merge_text = None;
+            // An answer that came after the state went on is of no use.
+            let present = |id| self.primitives().iter().any(|p| p.id == id);
+            if !(present(proposal.pair.0) && present(proposal.pair.1)) {
+                return;
+            }
+        } else {
+            let text = if self.skipped.is_empty() {
+                "No two primitives lie near enough to be merged."
+            } else {
+                "All other pairs have been looked at."
+            };
+            self.merge_text = Some(text.to_owned());
+            self.messages.push(Level::Detail, text, "");
+            self.skipped.clear();
+        }
+        self.proposal = proposal;
+    }
+
+    pub(super) fn accept_merge(&mut self) -> Vec<Effect> {
+        let Some(proposal) = self.proposal.take() else { return Vec::new() };
+        let skipped = std::mem::take(&mut self.skipped);
+        let mut effects = self.edit(vec![Edit::AcceptMerge { proposal }]);
+        effects.push(Effect::Send(Command::ProposeMerge { of: None, skipped: skipped.clone() }));
+        self.skipped = skipped;
+        effects
+    }
+
+    pub(super) fn skip_merge(&mut self) -> Vec<Effect> {
+        let Some(proposal) = self.proposal.take() else { return Vec::new() };
+        self.skipped.push(proposal.pair);
+        self.propose(None)
+    }
+
+    pub(super) fn drop_proposal(&mut self) {
+        self.proposal = None;
+        self.skipped.clear();
+    }
+
+    /// Shows a state of the present branch; the worker stays where it is until
+    /// there is something to do.
+    pub(super) fn show_state_at(&mut self, index: usize) -> Vec<Effect> {
+        if index == self.timeline.shown_index() {
+            return Vec::new();
+        }
+        self.timeline.show(index);
+        self.show_timeline()
+    }
+
+    /// Shows what the timeline points at.
+    pub(super) fn show_timeline(&mut self) -> Vec<Effect> {
+        self.drop_proposal();
+        self.merge_text = None;
+        let Some(state) = self.shown_state() else {
+            self.snapshot = None;
+            return Vec::new();
+        };
+        let same_samples = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(&l.cloud, &state.loaded.cloud));
+        if !same_samples {
+            self.selected_points = Arc::default();
+        }
+        self.loaded = Some(Arc::clone(&state.loaded));
+        self.show_state(Arc::clone(&state.snapshot));
+        let is_measured = self.measurement().is_some() || self.is_measuring();
+        // Measuring takes a core, which a run has better use for.
+        if is_measured || self.activity != Activity::Idle {
+            return Vec::new();
+        }
+        vec![Effect::Send(Command::Measure(state))]
+    }
+
+    /// How an action is undone; `None` for what only looks.
+    pub(super) fn undoable(&self, action: &Action) -> Option<Undoable> {
+        let step = |text: &str| Some(Undoable::Step(text.to_owned()));
+        match action {
+            Action::Verb(verb) => match verb {
+                Verb::OpenBuiltIn
+                | Verb::Run
+                | Verb::StepIteration
+                | Verb::MergeAll
+                | Verb::Reset
+                | Verb::Resample
+                | Verb::Continue
+                | Verb::ContinueHere
+                | Verb::MergeSelected
+                | Verb::SplitSelected
+                | Verb::DeleteSelected
+                | Verb::RefitSelected
+                | Verb::LockSelected
+                | Verb::NewCluster
+                | Verb::BelongTogether
+                | Verb::ReleasePoints
+                | Verb::Deselect
+                | Verb::HideSelected
+                | Verb::ShowAll => step(verb.entry().text.trim_end_matches('…')),
+                Verb::AcceptMerge => step("Merge"),
+                _ => None,
+            },
+            Action::OpenFile(path) => {
+                let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
+                step(&format!("Open {name}"))
+            }
+            Action::SetParams(_) => Some(Undoable::Gesture("Change parameters".to_owned())),
+            Action::SetSampling(_) => Some(Undoable::Gesture("Change the sampling".to_owned())),
+            Action::SetMethod(method) => step(&format!("Choose {}", method.name())),
+            Action::Edit(edit @ Edit::SetShape { .. }) => Some(Undoable::Gesture(name_of(edit))),
+            Action::Edit(edit) => Some(Undoable::Step(name_of(edit))),
+            Action::Select(_) | Action::ToggleSelected(_) | Action::SelectPrimitives { .. } => step("Select"),
+            Action::SelectPoints { .. } => step("Select points"),
+            Action::SetPrimitiveVisible(..) => step("Show or hide"),
+            Action::RenameBranch(..) => step("Rename the branch"),
+            Action::RemoveBranch(_) => step("Remove the branch"),
+            _ => None,
+        }
+    }
+
+    pub(super) fn undo_step(&mut self) -> Vec<Effect> {
+        let now = self.document();
+        match self.undo.undo(&now) {
+            Some(step) => self.restore(&step, "Undid"),
+            None => Vec::new(),
+        }
+    }
+
+    pub(super) fn redo_step(&mut self) -> Vec<Effect> {
+        let now = self.document();
+        match self.undo.redo(&now) {
+            Some(step) => self.restore(&step, "Did again"),
+            None => Vec::new(),
+        }
+    }
+
+    fn restore(&mut self, step: &Step, how: &str) -> Vec<Effect> {
+        self.messages.push(Level::Note, format!("{how}: {}", step.label), "");
+        self.take_document(step.document.clone())
+    }
+
+    /// Makes a document the present one; what the worker does is stopped.
+    pub fn take_document(&mut self, document: Document) -> Vec<Effect> {
+        let Document { loaded, params, sampling, timeline, selection, selected_points, hidden } = document;
+        let shape_of = |l: &Option<Arc<_>>| l.as_ref().map(|l| Arc::as_ptr(shape(l)));
+        let is_same_shape = shape_of(&self.loaded) == shape_of(&loaded);
+        let set_params = (self.params != params).then_some(Effect::Send(Command::SetParams(params)));
+        self.loaded = loaded;
+        self.params = params;
+        self.sampling = sampling;
+        self.timeline = timeline;
+        self.run_when_loaded = false;
+        if !is_same_shape {
+            self.measured.clear();
+            self.measuring = None;
+            self.refit_scene();
+            self.camera.frame(&self.scene.bounds);
+        }
+        let was_busy = self.activity != Activity::Idle;
+        let mut effects = Vec::new();
+        if was_busy {
+            // Whatever it still has to tell is of a state that is gone.
+            self.worker_at = None;
+            effects = self.sync();
+            if effects.is_empty() {
+                effects.push(Effect::Send(Command::Pause));
+            }
+            self.live.forget();
+        }
+        self.activity = Activity::Idle;
+        effects.extend(self.show_timeline());
+        effects.extend(set_params);
+        self.selection = selection;
+        self.selected_points = selected_points;
+        self.hidden = hidden;
+        effects
+    }
+}
+
+fn shape(loaded: &Arc<LoadedShape>) -> &Arc<Shape> {
+    &loaded.shape
+}
+
+/// What an edit is called.
+fn name_of(edit: &Edit) -> String {
+    match edit {
+        Edit::SetShape { id, .. } => format!("Change the shape of {id}"),
+        Edit::Refit { id } => format!("Refit {id}"),
+        Edit::Lock { locked: true, .. } => "Lock".to_owned(),
+        Edit::Lock { locked: false, .. } => "Unlock".to_owned(),
+        Edit::Merge { .. } | Edit::AcceptMerge { .. } => "Merge".to_owned(),
+        Edit::Split { id } => format!("Split {id}"),
+        Edit::Delete { .. } => "Delete".to_owned(),
+        Edit::NewCluster { .. } => "New cluster".to_owned(),
+        Edit::Together { .. } => "These belong together".to_owned(),
+        Edit::Release { .. } => "Release pinned points".to_owned(),
+    }
+}

@@ -1,0 +1,106 @@
+//! Undo and redo: documents from before what was done.
+
+use std::sync::Arc;
+
+use super::document::Document;
+
+/// Steps that can be undone; older ones are forgotten.
+const KEPT: usize = 200;
+
+/// What was done, and the document on the other side of it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Step {
+    /// For people: “change α”, “merge 3 and 5”.
+    pub label: String,
+    pub document: Document,
+}
+
+/// How something that a person does can be undone.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) enum Undoable {
+    /// In one step with what follows under the same label, until the hand lets go.
+    Gesture(String),
+    Step(String),
+}
+
+/// The two stacks, the newest last. Cheap to clone.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub struct Undo {
+    done: Vec<Arc<Step>>,
+    undone: Vec<Arc<Step>>,
+    /// The label of the gesture that the newest step belongs to: what else it
+    /// does is part of that step.
+    gesture: Option<String>,
+}
+
+impl Undo {
+    /// What was kept in a file.
+    pub fn from_parts(done: Vec<Arc<Step>>, undone: Vec<Arc<Step>>) -> Self {
+        Self { done, undone, gesture: None }
+    }
+
+    /// What can be undone, the newest last.
+    pub fn done(&self) -> &[Arc<Step>] {
+        &self.done
+    }
+
+    /// What can be done again, the next last.
+    pub fn undone(&self) -> &[Arc<Step>] {
+        &self.undone
+    }
+
+    /// Takes the document from before something was done.
+    pub(super) fn record(&mut self, label: impl Into<String>, before: Document) {
+        self.gesture = None;
+        self.push(label.into(), before);
+    }
+
+    /// As [`Undo::record`], but several changes with the same label, one after
+    /// another, are one step until the gesture ends.
+    pub(super) fn record_gesture(&mut self, label: &str, before: Document) {
+        if self.gesture.as_deref() != Some(label) {
+            self.push(label.to_owned(), before);
+            self.gesture = Some(label.to_owned());
+        }
+    }
+
+    /// The hand has let go.
+    pub(super) fn end_gesture(&mut self) {
+        self.gesture = None;
+    }
+
+    fn push(&mut self, label: String, document: Document) {
+        self.undone.clear();
+        if self.done.len() == KEPT {
+            self.done.remove(0);
+        }
+        self.done.push(Arc::new(Step { label, document }));
+    }
+
+    /// Goes one step back from `now`, past steps that changed nothing.
+    pub(super) fn undo(&mut self, now: &Document) -> Option<Arc<Step>> {
+        step(&mut self.done, &mut self.undone, now, &mut self.gesture)
+    }
+
+    /// Takes the last [`Undo::undo`] back.
+    pub(super) fn redo(&mut self, now: &Document) -> Option<Arc<Step>> {
+        step(&mut self.undone, &mut self.done, now, &mut self.gesture)
+    }
+}
+
+/// Moves a step from one stack to the other, where `now` takes its place.
+fn step(
+    from: &mut Vec<Arc<Step>>,
+    to: &mut Vec<Arc<Step>>,
+    now: &Document,
+    gesture: &mut Option<String>,
+) -> Option<Arc<Step>> {
+    *gesture = None;
+    loop {
+        let step = from.pop()?;
+        if step.document != *now {
+            to.push(Arc::new(Step { label: step.label.clone(), document: now.clone() }));
+            return Some(step);
+        }
+    }
+}
