@@ -333,7 +333,7 @@ fn anything(run: &mut Run, rng: &mut impl RngExt) -> bool {
         2 => return run.step_merge(&never()).is_ok(),
         3 => return run.resample(1).is_ok(),
         4 => match run.propose_merge(&[(first, second)], &never()).unwrap() {
-            Some(proposal) => Edit::AcceptMerge { proposal },
+            Some(proposal) => Edit::AcceptMerge { proposal: Box::new(proposal) },
             None => return true,
         },
         5 => match shape {

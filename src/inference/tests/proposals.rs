@@ -55,7 +55,8 @@ fn proposing_and_accepting_is_the_step() {
             // Through text, as it may come back.
             let text = serde_json::to_string(&proposal).unwrap();
             let proposal: MergeProposal = serde_json::from_str(&text).unwrap();
-            let told = by_hand.edit(&Edit::AcceptMerge { proposal: proposal.clone() }, &never()).unwrap();
+            let told =
+                by_hand.edit(&Edit::AcceptMerge { proposal: Box::new(proposal.clone()) }, &never()).unwrap();
             assert_eq!(told, [Occurrence::Merged(report)]);
             assert!(same_bits(&by_step.abstraction(), &by_hand.abstraction()));
             assert_eq!(by_step.checkpoint(), by_hand.checkpoint());
@@ -63,7 +64,8 @@ fn proposing_and_accepting_is_the_step() {
                 by_hand.abstraction().primitives.iter().find(|p| p.id == proposal.into).unwrap().shape;
             assert_eq!(shown, proposal.union, "another union than the one shown");
             // It can't be accepted twice.
-            let error = by_hand.edit(&Edit::AcceptMerge { proposal }, &never()).unwrap_err();
+            let error =
+                by_hand.edit(&Edit::AcceptMerge { proposal: Box::new(proposal) }, &never()).unwrap_err();
             assert!(
                 error.to_string().contains("primitive") || error.to_string().contains("again"),
                 "{error}"
@@ -129,7 +131,7 @@ fn any_pair_can_be_looked_at() {
         let p = run.propose_merge_of(left, right, &never()).unwrap();
         assert!(!p.is_acceptable, "{merge:?}: {}", p.reason);
         // The person may know better.
-        run.edit(&Edit::AcceptMerge { proposal: p.clone() }, &never()).unwrap();
+        run.edit(&Edit::AcceptMerge { proposal: Box::new(p.clone()) }, &never()).unwrap();
         assert_eq!(run.abstraction().primitives.len() + 1, a.primitives.len());
         assert!(run.propose_merge_of(left, left, &never()).is_err());
         assert!(run.propose_merge_of(p.into, 999, &never()).is_err());
