@@ -18,6 +18,7 @@ mod apply;
 pub mod camera;
 pub mod document;
 mod enabled;
+pub mod gizmo;
 mod hand;
 pub mod live;
 pub mod messages;
