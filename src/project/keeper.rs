@@ -5,28 +5,18 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 use super::folder::{Claim, last_session};
 use super::journal::Journal;
 use super::reading::{self, Opened};
 use super::saving::save;
-use super::states::Summary;
+use crate::session::keeping::Found;
 use crate::session::workspace::Workspace;
 
 /// Orders and events on their way between the threads.
 const ORDERS: usize = 1;
 const EVENTS: usize = 64;
-
-/// A session that was left behind by a process that is no more.
-#[derive(Debug, Clone)]
-pub struct Found {
-    /// Names it to the keeper.
-    pub id: u64,
-    pub summary: Summary,
-    /// When it was last written.
-    pub kept_at: SystemTime,
-}
 
 /// Where an opened session came from.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -19,10 +19,9 @@ use std::path::Path;
 
 pub use error::OpenError;
 pub use folder::user_folder;
-pub use keeper::{Event, Found, Keeper, Origin};
+pub use keeper::{Event, Keeper, Origin};
 pub use reading::{Opened, open};
 pub use saving::save;
-pub use states::Summary;
 
 /// Ending of the names of session files.
 pub const ENDING: &str = "superform";
