@@ -41,7 +41,8 @@ fn open(request: WindowRequest) -> ExitCode {
     }
 
     let WindowRequest { source, sampling, params, screenshot } = request.clone();
-    let options = superform::app::Options { source, sampling, params, screenshot };
+    let state_folder = superform::project::user_folder();
+    let options = superform::app::Options { source, sampling, params, screenshot, state_folder };
     let usual = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
         if missing_library(info.payload()).is_none() {

@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::camera::{AxisView, Bounds, Camera};
+use super::keeping::{Opening, Parting};
 use super::messages::Level;
 use super::scene::SceneFromInput;
 use super::undo::Undoable;
 use super::view::{Picks, ThemeChoice, Tool, View};
 use super::{Action, Effect, Export, Session, Verb};
 use crate::inference::Params;
+use crate::io;
 use crate::worker::{Activity, Command, Source};
 
 impl Session {
@@ -39,7 +41,15 @@ impl Session {
     fn carry_out(&mut self, action: Action) -> Vec<Effect> {
         match action {
             Action::Verb(verb) => return self.apply_verb(verb),
+            Action::OpenFile(path) if io::has_session_ending(&path) => {
+                return self.leave(Parting::Open(Opening::File(path)));
+            }
             Action::OpenFile(path) => return self.open(Source::File(path)),
+            Action::SaveSession(path) => return vec![Effect::SaveSession(path)],
+            Action::OpenSession(opening) => return self.leave(Parting::Open(opening)),
+            Action::DiscardFound(id) => return vec![self.discard_found(id)],
+            Action::PutOffFound => self.put_off_found(),
+            Action::AnswerParting(answer) => return self.answer_parting(answer),
             Action::Export(export, path) => return self.export(export, path).into_iter().collect(),
             Action::Edit(edit) => return self.edit(vec![edit]),
             Action::ProposeMergeOf(a, b) => return self.propose(Some((a, b))),
@@ -121,7 +131,10 @@ impl Session {
             Verb::ExportCloud => return vec![Effect::AskForExport(Export::Cloud)],
             Verb::ExportPrimitives => return vec![Effect::AskForExport(Export::Primitives)],
             Verb::SaveScreenshot => return vec![Effect::AskForScreenshot],
-            Verb::Quit => return vec![Effect::Quit],
+            Verb::SaveSession => return vec![self.save_session()],
+            Verb::SaveSessionAs => return vec![Effect::AskForSession],
+            Verb::ReopenLast => return self.leave(Parting::Open(Opening::Last)),
+            Verb::Quit => return self.leave(Parting::Quit),
             Verb::Run => return self.work(Command::Run, Activity::Running),
             Verb::Pause => {
                 self.run_when_loaded = false;

@@ -166,7 +166,8 @@ pub enum PartingAnswer {
 impl Session {
     /// Name of the session: that of its file, or of its shape.
     pub fn title(&self) -> Option<String> {
-        let file = self.keeping.path().and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
+        let file =
+            self.keeping.path().and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
         file.or_else(|| self.loaded.as_ref().map(|loaded| loaded.shape.name.clone()))
     }
 
@@ -201,6 +202,16 @@ impl Session {
             && self.is_document(document)
     }
 
+    fn is_document(&self, document: &Document) -> bool {
+        let place = |loaded: &Option<_>| loaded.as_ref().map(std::sync::Arc::as_ptr);
+        place(&self.loaded) == place(&document.loaded)
+            && (self.params, self.sampling) == (document.params, document.sampling)
+            && self.timeline == document.timeline
+            && self.selection == document.selection
+            && self.selected_points == document.selected_points
+            && self.hidden == document.hidden
+    }
+
     /// The session as it is to be kept when the window closes; `None` where
     /// nothing would be missed.
     pub fn unsaved(&self) -> Option<Workspace> {
@@ -227,7 +238,8 @@ impl Session {
                 }
             }
             KeepingEvent::Opened { from, workspace, notes } => {
-                let name = workspace.document.loaded.as_ref().map_or("the session", |l| l.shape.name.as_str());
+                let name =
+                    workspace.document.loaded.as_ref().map_or("the session", |l| l.shape.name.as_str());
                 self.messages.dismiss_errors();
                 self.messages.push(Level::Note, format!("Opened {name} as it was left"), "");
                 for note in notes {

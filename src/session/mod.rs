@@ -19,6 +19,7 @@ pub mod camera;
 pub mod document;
 mod enabled;
 mod hand;
+pub mod keeping;
 pub mod live;
 pub mod messages;
 pub mod scalar;
@@ -35,6 +36,7 @@ mod tests;
 pub use action::{Action, Export, Verb};
 use camera::Camera;
 use document::Document;
+use keeping::{Keeping, Opening};
 use live::Live;
 use messages::Messages;
 use scene::{SceneFromInput, UpAxis};
@@ -55,6 +57,13 @@ pub enum Effect {
     AskForExport(Export),
     AskForScreenshot,
     SaveScreenshot(PathBuf),
+    /// Ask where the session is to be saved.
+    AskForSession,
+    SaveSession(PathBuf),
+    /// Open a session in place of this one.
+    OpenSession(Opening),
+    /// Remove what was left behind, by its id.
+    DiscardFound(u64),
     Quit,
 }
 
@@ -72,6 +81,7 @@ pub struct Session {
     pub pace: Pace,
     pub live: Live,
     pub activity: Activity,
+    pub keeping: Keeping,
     pub view: View,
     pub camera: Camera,
     /// Counts the camera's moves that no drag made: a view may ease them.
@@ -117,6 +127,7 @@ impl Session {
             pace: DEFAULT_PACE,
             live: Live::default(),
             activity: Activity::Idle,
+            keeping: Keeping::default(),
             view: View::default(),
             camera: Camera::default(),
             camera_jumps: 0,

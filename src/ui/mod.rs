@@ -13,6 +13,7 @@ use crate::session::action::Action;
 mod controls;
 mod dialogs;
 mod figures;
+mod keeping;
 mod keys;
 mod menu;
 mod overlays;
@@ -109,6 +110,7 @@ impl Interface {
             rect
         });
         self.overlays.show(&ctx, session, area.inner, &mut actions);
+        keeping::show(&ctx, session, &mut actions);
         self.dialogs.show(&ctx, &mut actions);
         self.watch_hand(&ctx, session, &mut actions);
         self.watch_gesture(&ctx, &mut actions);
