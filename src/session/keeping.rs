@@ -7,10 +7,10 @@ use std::time::{Duration, SystemTime};
 use serde::{Deserialize, Serialize};
 
 use super::document::Document;
-use super::messages::Level;
+use super::messages::{Level, Message};
 use super::timeline::Branch;
 use super::workspace::Workspace;
-use super::{Effect, Session};
+use super::{Action, Effect, Session};
 
 /// A session that was left behind by a process that is no more.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -230,7 +230,10 @@ impl Session {
             }
             KeepingEvent::Saved { path, workspace } => {
                 self.messages.dismiss_errors();
-                self.messages.push(Level::Note, format!("Saved the session to {}", path.display()), "");
+                let text = format!("Saved the session to {}", path.display());
+                let offer = Action::ShowInFolder(path.clone());
+                self.messages.add(Message::new(Level::Note, text).offer("Show in folder", offer));
+                self.window.recent.add(&path);
                 self.keeping.path = Some(path);
                 self.keeping.saved = Saved::As(Box::new(workspace.document));
                 if let Some(parting) = self.keeping.parting.take() {
@@ -253,6 +256,9 @@ impl Session {
                     self.keeping.found.retain(|found| found.id != *id);
                 }
                 self.keeping.path = if let Opening::File(path) = from { Some(path) } else { None };
+                if let Some(path) = &self.keeping.path {
+                    self.window.recent.add(path);
+                }
                 return self.take_workspace(*workspace);
             }
             KeepingEvent::Failed { what, error } => {

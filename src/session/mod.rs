@@ -18,16 +18,21 @@ mod apply;
 pub mod camera;
 pub mod document;
 mod enabled;
+pub mod gizmo;
 mod hand;
 pub mod keeping;
 pub mod live;
 pub mod messages;
+pub mod preferences;
+mod reasons;
 pub mod scalar;
 pub mod scene;
 pub mod selection;
+mod telling;
 pub mod timeline;
 pub mod undo;
 pub mod view;
+pub mod window;
 pub mod workspace;
 
 #[cfg(test)]
@@ -43,6 +48,7 @@ use scene::{SceneFromInput, UpAxis};
 use timeline::Timeline;
 use undo::Undo;
 use view::View;
+use window::Window;
 
 /// A pace at which a person can follow each iteration, and the default run
 /// takes about three seconds. Who wants the result at once turns a slider with
@@ -64,6 +70,13 @@ pub enum Effect {
     OpenSession(Opening),
     /// Remove what was left behind, by its id.
     DiscardFound(u64),
+    /// Open the file if it is there, or say that it isn't.
+    OpenIfThere(PathBuf),
+    /// Show a file in the system's file manager.
+    ShowInFolder(PathBuf),
+    OpenLink(&'static str),
+    /// Bring the panels to the sizes of the first start.
+    ResetLayout,
     Quit,
 }
 
@@ -83,6 +96,7 @@ pub struct Session {
     pub activity: Activity,
     pub keeping: Keeping,
     pub view: View,
+    pub window: Window,
     pub camera: Camera,
     /// Counts the camera's moves that no drag made: a view may ease them.
     pub camera_jumps: u64,
@@ -129,6 +143,7 @@ impl Session {
             activity: Activity::Idle,
             keeping: Keeping::default(),
             view: View::default(),
+            window: Window::default(),
             camera: Camera::default(),
             camera_jumps: 0,
             scene: SceneFromInput::fit(&[], UpAxis::Y),
