@@ -213,6 +213,13 @@ impl App {
                 Effect::AskForExport(export) => self.ask(ctx, Purpose::Export(export)),
                 Effect::AskForScreenshot => self.ask(ctx, Purpose::Screenshot),
                 Effect::SaveScreenshot(path) => self.request_picture(ctx, path),
+                Effect::AskForPicture(kind) => self.interface.ask_for_picture(kind),
+                Effect::SavePicture(kind, path) => {
+                    if let Err(error) = self.interface.save_picture(ctx, &self.session, kind, path) {
+                        let what = "The picture can't be drawn".to_owned();
+                        self.apply(ctx, Action::Tell { what, error });
+                    }
+                }
                 Effect::Quit => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
             }
         }

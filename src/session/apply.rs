@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::action::PictureKind;
 use super::camera::{AxisView, Bounds, Camera};
 use super::messages::Level;
 use super::scene::SceneFromInput;
@@ -55,6 +56,7 @@ impl Session {
             }
             Action::EndGesture => self.undo.end_gesture(),
             Action::SaveScreenshot(path) => return vec![Effect::SaveScreenshot(path)],
+            Action::SavePicture(kind, path) => return vec![Effect::SavePicture(kind, path)],
             Action::SetParams(params) => return self.take_setup(params, self.sampling),
             Action::SetMethod(method) => {
                 let params = Params { seed: self.params.seed, ..method.params() };
@@ -121,6 +123,8 @@ impl Session {
             Verb::ExportCloud => return vec![Effect::AskForExport(Export::Cloud)],
             Verb::ExportPrimitives => return vec![Effect::AskForExport(Export::Primitives)],
             Verb::SaveScreenshot => return vec![Effect::AskForScreenshot],
+            Verb::SavePicture => return vec![Effect::AskForPicture(PictureKind::Still)],
+            Verb::SaveTurntable => return vec![Effect::AskForPicture(PictureKind::Turntable)],
             Verb::Quit => return vec![Effect::Quit],
             Verb::Run => return self.work(Command::Run, Activity::Running),
             Verb::Pause => {

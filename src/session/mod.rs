@@ -56,6 +56,9 @@ pub enum Effect {
     AskForExport(Export),
     AskForScreenshot,
     SaveScreenshot(PathBuf),
+    /// How the picture is to be taken, then where it is to go.
+    AskForPicture(action::PictureKind),
+    SavePicture(action::PictureKind, PathBuf),
     Quit,
 }
 

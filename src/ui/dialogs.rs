@@ -8,9 +8,10 @@ use std::time::{Duration, Instant};
 
 use egui::{Context, Label, Modal, RichText, TextEdit};
 
+use super::pictures;
 use super::theme::Palette;
-use crate::io;
-use crate::session::action::{Action, Export};
+use crate::io::{self, AnimationFormat};
+use crate::session::action::{Action, Export, PictureKind};
 
 /// A dialog that a person cancelled was open for longer; where there is none,
 /// the answer comes within some 15 ms.
@@ -25,6 +26,7 @@ pub enum Purpose {
     Open,
     Export(Export),
     Screenshot,
+    Picture(PictureKind, AnimationFormat),
 }
 
 impl Purpose {
@@ -34,6 +36,11 @@ impl Purpose {
             Self::Export(Export::Cloud) => "Export the segmented cloud",
             Self::Export(Export::Primitives) => "Export the primitives",
             Self::Screenshot => "Save a screenshot",
+            Self::Picture(PictureKind::Still, _) => "Save a picture",
+            Self::Picture(PictureKind::Turntable, AnimationFormat::Gif) => "Save a turntable",
+            Self::Picture(PictureKind::Turntable, AnimationFormat::Pngs) => {
+                "Name the folder of the turntable"
+            }
         }
     }
 
@@ -47,7 +54,9 @@ impl Purpose {
             Self::Open => ("Meshes and point clouds", io::SHAPE_ENDINGS),
             Self::Export(Export::Cloud) => ("Segmented cloud", &["ply"]),
             Self::Export(Export::Primitives) => ("Primitives", &["json"]),
-            Self::Screenshot => ("Picture", &["png"]),
+            Self::Screenshot | Self::Picture(PictureKind::Still, _) => ("Picture", &["png"]),
+            Self::Picture(PictureKind::Turntable, AnimationFormat::Gif) => ("Animation", &["gif"]),
+            Self::Picture(PictureKind::Turntable, AnimationFormat::Pngs) => ("Folder", &[]),
         }
     }
 
@@ -56,6 +65,9 @@ impl Purpose {
             Self::Open => Action::OpenFile(path),
             Self::Export(export) => Action::Export(export, path),
             Self::Screenshot => Action::SaveScreenshot(path),
+            Self::Picture(kind, format) => {
+                Action::SavePicture(kind, pictures::with_ending(kind, format, path))
+            }
         }
     }
 }
@@ -121,13 +133,17 @@ impl Dialogs {
             Purpose::Export(Export::Cloud) => format!("{name}-segmented.ply"),
             Purpose::Export(Export::Primitives) => format!("{name}-primitives.json"),
             Purpose::Screenshot => format!("{name}.png"),
+            Purpose::Picture(kind, format) => pictures::suggestion(kind, format, name),
         };
         if !self.system {
             self.prompt = Some(Prompt::new(purpose, suggestion, None));
             return;
         }
         let (kind, extensions) = purpose.filter();
-        let dialog = rfd::AsyncFileDialog::new().set_title(purpose.title()).add_filter(kind, extensions);
+        let mut dialog = rfd::AsyncFileDialog::new().set_title(purpose.title());
+        if !extensions.is_empty() {
+            dialog = dialog.add_filter(kind, extensions);
+        }
         let (sender, answer) = sync_channel(1);
         let ctx = ctx.clone();
         let wait = move |future: Answer| {
