@@ -284,6 +284,13 @@ impl App {
                 Effect::ResetLayout => {
                     self.interface.set_sizes(Sizes::default());
                 }
+                Effect::AskForPicture(kind) => self.interface.ask_for_picture(kind),
+                Effect::SavePicture(kind, path) => {
+                    if let Err(error) = self.interface.save_picture(ctx, &self.session, kind, path) {
+                        let what = "The picture can't be drawn".to_owned();
+                        self.apply(ctx, Action::Tell { what, error });
+                    }
+                }
             }
         }
     }

@@ -41,6 +41,8 @@ pub enum Action {
     /// Leaves what was left behind for the next start.
     PutOffFound,
     AnswerParting(PartingAnswer),
+    /// As the dialog that asked for the path was set.
+    SavePicture(PictureKind, PathBuf),
     SetParams(Params),
     /// Takes the parameters of a method; the seed stays.
     SetMethod(Method),
@@ -113,6 +115,14 @@ pub enum Action {
     },
     /// Something outside the session went well.
     Note(String),
+}
+
+/// Pictures of the 3D view alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PictureKind {
+    Still,
+    /// Many, once around the shape.
+    Turntable,
 }
 
 /// What can be written to a file.
@@ -253,6 +263,10 @@ verbs! {
         "Write the parameters of all primitives in input units (JSON)";
     SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save what the window shows (PNG)";
     ClearRecent: File, None, "Forget recent files", "Empty the list of files that were open before";
+    SavePicture: File, shift(Key::Function(12)), "Save picture…",
+        "Save the 3D view alone, at any size and also without a background (PNG)";
+    SaveTurntable: File, None, "Save turntable…",
+        "Save the 3D view once around the shape, as a GIF or as numbered PNG pictures";
     Quit: File, ctrl('Q'), "Quit", "Close the window";
 
     Undo: Edit, ctrl('Z'), "Undo", "Take back the last change, whatever it was";

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::action::PictureKind;
 use super::camera::{AxisView, Bounds, Camera};
 use super::keeping::{Opening, Parting};
 use super::messages::Level;
@@ -80,6 +81,10 @@ impl Session {
                 self.window.save_folder = path.parent().map(PathBuf::from);
                 return vec![Effect::SaveScreenshot(path)];
             }
+            Action::SavePicture(kind, path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return vec![Effect::SavePicture(kind, path)];
+            }
             Action::SetParams(params) => return self.take_setup(params, self.sampling),
             Action::SetMethod(method) => {
                 let params = Params { seed: self.params.seed, ..method.params() };
@@ -152,6 +157,8 @@ impl Session {
             Verb::SaveSessionAs => return vec![Effect::AskForSession],
             Verb::ReopenLast => return self.leave(Parting::Open(Opening::Last)),
             Verb::Quit => return self.leave(Parting::Quit),
+            Verb::SavePicture => return vec![Effect::AskForPicture(PictureKind::Still)],
+            Verb::SaveTurntable => return vec![Effect::AskForPicture(PictureKind::Turntable)],
             Verb::Run => return self.work(Command::Run, Activity::Running),
             Verb::Pause => {
                 self.run_when_loaded = false;

@@ -59,7 +59,7 @@ impl Session {
             Verb::ReleasePoints => {
                 can_edit && self.snapshot.as_ref().is_some_and(|s| !s.abstraction.pinned.is_empty())
             }
-            Verb::FrameAll => loaded,
+            Verb::FrameAll | Verb::SavePicture | Verb::SaveTurntable => loaded,
             Verb::ShowAll => !self.hidden.is_empty(),
             Verb::ClearRecent => !self.window.recent.is_empty(),
             Verb::ZoomReset => self.window.zoom != 1.0,

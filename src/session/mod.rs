@@ -77,6 +77,9 @@ pub enum Effect {
     OpenLink(&'static str),
     /// Bring the panels to the sizes of the first start.
     ResetLayout,
+    /// How the picture is to be taken, then where it is to go.
+    AskForPicture(action::PictureKind),
+    SavePicture(action::PictureKind, PathBuf),
     Quit,
 }
 

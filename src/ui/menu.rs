@@ -21,7 +21,11 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 menu_item(ui, session, verb, actions);
             }
             ui.separator();
-            for verb in [Verb::ExportCloud, Verb::ExportPrimitives, Verb::SaveScreenshot] {
+            for verb in [Verb::ExportCloud, Verb::ExportPrimitives] {
+                menu_item(ui, session, verb, actions);
+            }
+            ui.separator();
+            for verb in [Verb::SavePicture, Verb::SaveTurntable, Verb::SaveScreenshot] {
                 menu_item(ui, session, verb, actions);
             }
             ui.separator();

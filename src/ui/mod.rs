@@ -2,14 +2,14 @@
 //! draws a session and answers with what the person asked for; it changes
 //! nothing itself.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
 use crate::inference::Edit;
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::{Action, PictureKind, Verb};
 
 mod commands;
 mod controls;
@@ -24,6 +24,7 @@ mod layout;
 mod log;
 mod menu;
 mod overlays;
+mod pictures;
 mod primitives;
 mod progress;
 mod scene;
@@ -38,6 +39,7 @@ pub use layout::Sizes;
 use layout::{Part, collapsible};
 use log::Log;
 use overlays::Overlays;
+use pictures::Pictures;
 use scene::SceneView;
 use viewport::{Studio, Viewport};
 
@@ -54,8 +56,7 @@ const STILL_FRAMES: u32 = 2;
 #[derive(Debug)]
 pub struct Interface {
     viewport: Viewport,
-    /// Draws what is not on screen, where there is something to draw with.
-    studio: Option<Studio>,
+    pictures: Pictures,
     dialogs: Dialogs,
     overlays: Overlays,
     log: Log,
@@ -75,7 +76,7 @@ impl Interface {
         theme::install(ctx);
         Self {
             viewport: Viewport::new(state, "3D view", true),
-            studio: state.map(Studio::new),
+            pictures: Pictures::new(state.map(Studio::new)),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
             log: Log::default(),
@@ -100,6 +101,26 @@ impl Interface {
     /// Brings the panels to these sizes.
     pub fn set_sizes(&mut self, sizes: Sizes) {
         self.sizes.replace(sizes);
+    }
+
+    /// Asks the person how a picture of the 3D view is to be taken.
+    pub fn ask_for_picture(&mut self, kind: PictureKind) {
+        self.pictures.ask(kind);
+    }
+
+    /// Takes the picture that was asked for; how it went comes as an action of a
+    /// later [`Interface::show`].
+    ///
+    /// # Errors
+    /// Where there is nothing to draw with.
+    pub fn save_picture(
+        &mut self,
+        ctx: &Context,
+        session: &Session,
+        kind: PictureKind,
+        path: PathBuf,
+    ) -> Result<(), String> {
+        self.pictures.begin(ctx, session, kind, &path)
     }
 
     /// Draws one frame.
@@ -161,6 +182,13 @@ impl Interface {
         });
         self.overlays.show(&ctx, session, area.inner, &mut actions);
         keeping::show(&ctx, session, &mut actions);
+        if let Some(kind) = self.pictures.show(&ctx, area.inner, &mut actions) {
+            let purpose = Purpose::Picture(kind, self.pictures.format());
+            let name = session.loaded.as_ref().map_or("superform", |l| l.shape.name.as_str());
+            let stem =
+                Path::new(name).file_stem().map_or_else(|| "superform".into(), |s| s.to_string_lossy());
+            self.dialogs.ask(&ctx, purpose, &stem, session.window.save_folder.as_deref());
+        }
         self.dialogs.show(&ctx, &mut actions);
         self.watch_hand(&ctx, session, &mut actions);
         self.watch_gesture(&ctx, &mut actions);
