@@ -231,6 +231,11 @@ impl App {
         self.journal = Some(journal);
     }
 
+    /// What stands in the window's title bar.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
     /// Waits for the next event of the worker and takes it in; whether there
     /// was one within `timeout`.
     pub fn wait(&mut self, ctx: &egui::Context, timeout: Duration) -> bool {

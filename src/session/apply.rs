@@ -154,7 +154,7 @@ impl Session {
             Verb::ExportPrimitives => return vec![Effect::AskForExport(Export::Primitives)],
             Verb::SaveScreenshot => return vec![Effect::AskForScreenshot],
             Verb::SaveSession => return vec![self.save_session()],
-            Verb::SaveSessionAs => return vec![Effect::AskForSession],
+            Verb::SaveSessionAs => return vec![self.save_session_as()],
             Verb::ReopenLast => return self.leave(Parting::Open(Opening::Last)),
             Verb::Quit => return self.leave(Parting::Quit),
             Verb::SavePicture => return vec![Effect::AskForPicture(PictureKind::Still)],
