@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Point3, Vector2};
 
+use super::curves::Curve;
 use super::scene::UpAxis;
 use super::view::{Layer, SurfaceStyle, ThemeChoice};
 use crate::inference::{Edit, Method, Params};
@@ -38,6 +39,17 @@ pub enum Action {
     SwitchBranch(u32),
     RenameBranch(u32, String),
     RemoveBranch(u32),
+    /// Shows a state of another branch, by id.
+    ShowStateOf(u32, usize),
+    /// So many seconds have passed while the timeline is played.
+    PlayOn(f64),
+    /// States a second.
+    SetPlaySpeed(u32),
+    SetCurve(Curve, bool),
+    /// Undoes so many steps.
+    GoBack(usize),
+    /// Makes so many steps again that were undone.
+    GoOn(usize),
     /// Selects one primitive, or none.
     Select(Option<u32>),
     /// Adds a primitive to the selection, or takes it out.
@@ -246,6 +258,9 @@ verbs! {
     PreviousState: Timeline, plain(Key::Left), "Previous state", "Show the state one step earlier";
     NextState: Timeline, plain(Key::Right), "Next state", "Show the state one step later";
     LastState: Timeline, shift(Key::Right), "Last state", "Show the newest state of this branch";
+    Play: Timeline, plain(Key::Char('P')), "Play", "Show the states of this branch one after the other";
+    StopPlaying: Timeline, plain(Key::Char('P')), "Stop playing", "Stay at the shown state";
+    ToggleLoop: Timeline, None, "Loop", "Begin again at the start when the last state has been shown";
     ContinueHere: Timeline, ctrl('B'), "Continue from here",
         "Run on from the shown state, as a branch of its own; the later states stay in theirs";
 

@@ -17,10 +17,13 @@ pub mod action;
 mod apply;
 pub mod camera;
 pub mod document;
+pub mod curves;
 mod enabled;
+mod estimates;
 mod hand;
 pub mod live;
 pub mod messages;
+pub mod playback;
 pub mod scene;
 pub mod timeline;
 pub mod undo;
@@ -31,9 +34,12 @@ mod tests;
 
 pub use action::{Action, Export, Verb};
 use camera::Camera;
+use curves::Curves;
 use document::Document;
+use estimates::Estimates;
 use live::Live;
 use messages::Messages;
+use playback::Playback;
 use scene::{SceneFromInput, UpAxis};
 use timeline::Timeline;
 use undo::Undo;
@@ -63,6 +69,9 @@ pub struct Session {
     pub snapshot: Option<Arc<Snapshot>>,
     pub timeline: Timeline,
     pub undo: Undo,
+    pub playback: Playback,
+    /// What is plotted over the timeline.
+    pub curves: Curves,
     /// As the sliders stand.
     pub params: Params,
     pub sampling: SamplingOptions,
@@ -87,6 +96,8 @@ pub struct Session {
     skipped: Vec<(u32, u32)>,
     /// States that were measured, the last one last.
     measured: Vec<Arc<Measurement>>,
+    /// What states come to that were not measured.
+    estimates: Estimates,
     /// Key of the state that the worker goes on from.
     worker_at: Option<u64>,
     /// The state that is being measured.
@@ -107,6 +118,8 @@ impl Session {
             snapshot: None,
             timeline: Timeline::default(),
             undo: Undo::default(),
+            playback: Playback::default(),
+            curves: Curves::default(),
             params,
             sampling,
             pace: DEFAULT_PACE,
@@ -123,6 +136,7 @@ impl Session {
             proposal: None,
             skipped: Vec::new(),
             measured: Vec::new(),
+            estimates: Estimates::default(),
             worker_at: None,
             measuring: None,
             merges_are_exhausted: false,
