@@ -120,7 +120,7 @@ impl Session {
     pub(super) fn accept_merge(&mut self) -> Vec<Effect> {
         let Some(proposal) = self.proposal.take() else { return Vec::new() };
         let skipped = std::mem::take(&mut self.skipped);
-        let mut effects = self.edit(vec![Edit::AcceptMerge { proposal: *proposal }]);
+        let mut effects = self.edit(vec![Edit::AcceptMerge { proposal }]);
         effects.push(Effect::Send(Command::ProposeMerge { of: None, skipped: skipped.clone() }));
         self.skipped = skipped;
         effects
