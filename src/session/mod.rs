@@ -19,12 +19,14 @@ pub mod camera;
 pub mod document;
 pub mod curves;
 mod enabled;
-mod estimates;
+pub mod estimates;
 mod hand;
 pub mod live;
 pub mod messages;
 pub mod playback;
+pub mod scalar;
 pub mod scene;
+pub mod selection;
 pub mod timeline;
 pub mod undo;
 pub mod view;
@@ -80,6 +82,8 @@ pub struct Session {
     pub activity: Activity,
     pub view: View,
     pub camera: Camera,
+    /// Counts the camera's moves that no drag made: a view may ease them.
+    pub camera_jumps: u64,
     pub scene: SceneFromInput,
     /// Ids of the selected primitives.
     pub selection: BTreeSet<u32>,
@@ -127,6 +131,7 @@ impl Session {
             activity: Activity::Idle,
             view: View::default(),
             camera: Camera::default(),
+            camera_jumps: 0,
             scene: SceneFromInput::fit(&[], UpAxis::Y),
             selection: BTreeSet::new(),
             hidden: BTreeSet::new(),
