@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Point3, Vector2};
 
+use super::comparison::Comparison;
 use super::curves::Curve;
 use super::scene::UpAxis;
 use super::selection::Select;
@@ -47,6 +48,10 @@ pub enum Action {
     /// States a second.
     SetPlaySpeed(u32),
     SetCurve(Curve, bool),
+    /// Shows another state beside the present one, or no more.
+    Compare(Option<Comparison>),
+    /// What moves the camera, for the view of the state beside.
+    InOther(Box<Action>),
     /// Undoes so many steps.
     GoBack(usize),
     /// Makes so many steps again that were undone.

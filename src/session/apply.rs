@@ -36,7 +36,7 @@ impl Session {
         effects
     }
 
-    fn carry_out(&mut self, action: Action) -> Vec<Effect> {
+    pub(super) fn carry_out(&mut self, action: Action) -> Vec<Effect> {
         match action {
             Action::Verb(verb) => return self.apply_verb(verb),
             Action::OpenFile(path) => return self.open(Source::File(path)),
@@ -52,6 +52,8 @@ impl Session {
             Action::PlayOn(seconds) => return self.play_on(seconds),
             Action::SetPlaySpeed(speed) => self.playback.set_speed(speed),
             Action::SetCurve(curve, shown) => self.curves.set(curve, shown),
+            Action::Compare(comparison) => self.compare(comparison),
+            Action::InOther(action) => return self.carry_out_in_other(*action),
             Action::GoBack(steps) => return (0..steps).flat_map(|_| self.undo_step()).collect(),
             Action::GoOn(steps) => return (0..steps).flat_map(|_| self.redo_step()).collect(),
             Action::SwitchBranch(id) => {

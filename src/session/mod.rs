@@ -16,8 +16,9 @@ mod absorb;
 pub mod action;
 mod apply;
 pub mod camera;
-pub mod document;
+pub mod comparison;
 pub mod curves;
+pub mod document;
 mod enabled;
 pub mod estimates;
 mod hand;
@@ -36,6 +37,7 @@ mod tests;
 
 pub use action::{Action, Export, Verb};
 use camera::Camera;
+use comparison::Comparison;
 use curves::Curves;
 use document::Document;
 use estimates::Estimates;
@@ -74,6 +76,10 @@ pub struct Session {
     pub playback: Playback,
     /// What is plotted over the timeline.
     pub curves: Curves,
+    /// What is shown beside the present state.
+    pub comparison: Option<Comparison>,
+    /// That of what is shown beside, where the two are not linked.
+    pub other_camera: Camera,
     /// As the sliders stand.
     pub params: Params,
     pub sampling: SamplingOptions,
@@ -124,6 +130,8 @@ impl Session {
             undo: Undo::default(),
             playback: Playback::default(),
             curves: Curves::default(),
+            comparison: None,
+            other_camera: Camera::default(),
             params,
             sampling,
             pace: DEFAULT_PACE,

@@ -20,6 +20,7 @@ mod primitives;
 mod progress;
 mod scene;
 mod theme;
+mod timeline;
 mod viewport;
 mod widgets;
 
@@ -27,6 +28,7 @@ use dialogs::Dialogs;
 pub use dialogs::Purpose;
 use overlays::Overlays;
 use scene::SceneView;
+use timeline::Timeline;
 use viewport::{Studio, Viewport};
 
 /// Widths of the side panels in logical pixels.
@@ -46,6 +48,7 @@ pub struct Interface {
     studio: Option<Studio>,
     dialogs: Dialogs,
     overlays: Overlays,
+    timeline: Timeline,
     /// When what a run is made from was last changed, in seconds, and the frames
     /// without a movement since.
     turned_at: f64,
@@ -64,6 +67,7 @@ impl Interface {
             studio: state.map(Studio::new),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
+            timeline: Timeline::default(),
             turned_at: 0.0,
             still_frames: 0,
             is_in_gesture: false,
@@ -92,6 +96,13 @@ impl Interface {
         let below = Frame::new().fill(fill).inner_margin(Margin::symmetric(12, 6));
         Panel::top("menu bar").frame(bar).show(ui, |ui| menu::show(ui, session, &mut actions));
         Panel::bottom("status line").frame(bar).show(ui, |ui| progress::status(ui, session));
+        let height = ui.available_height();
+        Panel::bottom("timeline")
+            .frame(below)
+            .resizable(true)
+            .default_size(timeline::default_height(height))
+            .size_range(timeline::LEAST_HEIGHT..=(0.6 * height).max(timeline::LEAST_HEIGHT))
+            .show(ui, |ui| self.timeline.show(ui, session, &mut actions));
         Panel::left("controls").frame(side).exact_size(LEFT).resizable(false).show(ui, |ui| {
             ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
                 controls::show(ui, session, &mut actions);
@@ -100,7 +111,6 @@ impl Interface {
         Panel::right("primitives").frame(side).exact_size(RIGHT).resizable(false).show(ui, |ui| {
             primitives::show(ui, session, &mut actions);
         });
-        Panel::bottom("progress").frame(below).show(ui, |ui| progress::show(ui, session));
         let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 0.0;
             viewport::toolbar(ui, session, &mut actions);

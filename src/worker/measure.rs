@@ -137,8 +137,8 @@ fn work(jobs: &Receiver<Job>, pools: &Pools, events: &SyncSender<Told>, wake: &W
             continue;
         };
         let event = if let Some(task) = to_measure.take() {
-            let result = reference
-                .and_then(|reference| guarded(|| pools.half.install(|| measured(&task, reference))));
+            let result =
+                reference.and_then(|reference| guarded(|| pools.half.install(|| measured(&task, reference))));
             Event::Measured(Arc::new(Measurement { snapshot: task.snapshot, result }))
         } else if let Some(task) = to_estimate.pop_front() {
             // Why there is none is told where the state is measured.
