@@ -85,7 +85,8 @@ impl Bounds {
 }
 
 /// Looks at `target` from `distance` away.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
 pub struct Camera {
     pub target: Point3<f64>,
     /// Distance of the eye from the target, in scene units.
@@ -113,6 +114,15 @@ impl Default for Camera {
 }
 
 impl Camera {
+    /// Whether all numbers are within their limits.
+    pub fn is_sound(&self) -> bool {
+        self.target.iter().chain([&self.yaw]).all(|c| c.is_finite())
+            && (DISTANCE.0..=DISTANCE.1).contains(&self.distance)
+            && self.pitch.abs() <= std::f64::consts::FRAC_PI_2
+            && self.aspect.is_finite()
+            && self.aspect > 0.0
+    }
+
     /// Full vertical angle of view in radians.
     pub fn fov_y(&self) -> f64 {
         FOV_Y
@@ -311,7 +321,8 @@ mod tests {
             let close = |x: &Camera, y: &Camera| {
                 (x.eye() - y.eye()).norm() < 1e-6 && (x.target - y.target).norm() < 1e-9
             };
-            prop_assert!(close(&a.towards(&b, 0.0), &Camera { orthographic: b.orthographic, ..a }));
+            let start = Camera { orthographic: b.orthographic, ..a };
+            prop_assert!(close(&a.towards(&b, 0.0), &start));
             prop_assert!(close(&a.towards(&b, 1.0), &b));
             let between = a.towards(&b, share);
             let turned = |x: f64, y: f64| ((x - y).sin().atan2((x - y).cos())).abs();

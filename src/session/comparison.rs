@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use super::{Action, Effect, Session};
 use crate::session::timeline::Branch;
-use crate::worker::Snapshot;
+use crate::worker::{Activity, Command, Snapshot, State};
 
 /// What is shown beside the present state, and how.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -51,12 +51,18 @@ impl Session {
     }
 
     /// Shows another state beside the present one, or no more.
-    pub(super) fn compare(&mut self, comparison: Option<Comparison>) {
+    pub(super) fn compare(&mut self, comparison: Option<Comparison>) -> Vec<Effect> {
         let was_apart = self.comparison.is_some_and(|c| !c.is_linked);
         if !was_apart {
             self.other_camera = self.camera;
         }
         self.comparison = comparison;
+        let Some(other) = self.compared() else { return Vec::new() };
+        if self.activity != Activity::Idle || self.measurement_of(other.snapshot.key).is_some() {
+            return Vec::new();
+        }
+        let state = State { loaded: Arc::clone(&other.branch.loaded), snapshot: Arc::clone(other.snapshot) };
+        vec![Effect::Send(Command::Measure(state))]
     }
 
     /// Does what moves a camera to that of the other view.

@@ -25,12 +25,17 @@ mod hand;
 pub mod live;
 pub mod messages;
 pub mod playback;
+pub mod preferences;
+mod reasons;
 pub mod scalar;
 pub mod scene;
 pub mod selection;
+mod telling;
 pub mod timeline;
 pub mod undo;
 pub mod view;
+pub mod window;
+pub mod workspace;
 
 #[cfg(test)]
 mod tests;
@@ -48,6 +53,7 @@ use scene::{SceneFromInput, UpAxis};
 use timeline::Timeline;
 use undo::Undo;
 use view::View;
+use window::Window;
 
 /// A pace at which a person can follow each iteration, and the default run
 /// takes about three seconds. Who wants the result at once turns a slider with
@@ -62,6 +68,13 @@ pub enum Effect {
     AskForExport(Export),
     AskForScreenshot,
     SaveScreenshot(PathBuf),
+    /// Open the file if it is there, or say that it isn't.
+    OpenIfThere(PathBuf),
+    /// Show a file in the system's file manager.
+    ShowInFolder(PathBuf),
+    OpenLink(&'static str),
+    /// Bring the panels to the sizes of the first start.
+    ResetLayout,
     Quit,
 }
 
@@ -87,6 +100,7 @@ pub struct Session {
     pub live: Live,
     pub activity: Activity,
     pub view: View,
+    pub window: Window,
     pub camera: Camera,
     /// Counts the camera's moves that no drag made: a view may ease them.
     pub camera_jumps: u64,
@@ -138,6 +152,7 @@ impl Session {
             live: Live::default(),
             activity: Activity::Idle,
             view: View::default(),
+            window: Window::default(),
             camera: Camera::default(),
             camera_jumps: 0,
             scene: SceneFromInput::fit(&[], UpAxis::Y),

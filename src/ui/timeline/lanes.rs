@@ -4,7 +4,7 @@
 use std::collections::BTreeSet;
 
 use egui::{
-    Button, Color32, Grid, Key, Label, Popup, PopupCloseBehavior, Rect, RichText, Sense, Shape, Stroke,
+    Atom, Button, Color32, Grid, Key, Label, Popup, PopupCloseBehavior, Rect, RichText, Sense, Shape, Stroke,
     TextEdit, Tooltip, Ui, UiBuilder, pos2, vec2,
 };
 
@@ -91,7 +91,8 @@ impl Timeline {
                 actions,
             );
             let track = Rect::from_min_max(pos2(split, row.min.y), pos2(axis.range().max, row.max.y));
-            let response = ui.interact(track, ui.scope_id().with(("lane", branch.id)), Sense::click_and_drag());
+            let response =
+                ui.interact(track, ui.scope_id().with(("lane", branch.id)), Sense::click_and_drag());
             let label = format!("States of {}", branch.name);
             response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &label));
             if is_shown {
@@ -122,37 +123,45 @@ impl Timeline {
         actions: &mut Vec<Action>,
     ) {
         let layout = egui::Layout::right_to_left(egui::Align::Center);
-        ui.scope_builder(UiBuilder::new().max_rect(rect).layout(layout), |ui| {
-            ui.spacing_mut().item_spacing.x = 2.0;
-            if let Some(renaming) = self.renaming.as_mut().filter(|r| r.id == branch.id) {
-                if edit_name(ui, renaming, actions) {
-                    self.renaming = None;
+        super::within(ui, rect, |ui| {
+            ui.with_layout(layout, |ui| {
+                ui.spacing_mut().item_spacing.x = 2.0;
+                if let Some(renaming) = self.renaming.as_mut().filter(|r| r.id == branch.id) {
+                    if edit_name(ui, renaming, actions) {
+                        self.renaming = None;
+                    }
+                    return;
                 }
-                return;
-            }
-            let more = icons::button(ui, Icon::More, &format!("More about {}", branch.name), None);
-            let menu = Popup::menu(&more).close_behavior(PopupCloseBehavior::CloseOnClick);
-            menu.show(|ui| self.menu(ui, session, branch, actions));
-            let more = more.on_hover_text("Rename, compare or remove this branch");
-            ui.with_layout(egui::Layout::left_to_right(egui::Align::Center).with_cross_justify(true), |ui| {
-                let is_shown = session.timeline.current().is_some_and(|b| b.id == branch.id);
-                let text = RichText::new(&branch.name);
-                let button = Button::selectable(is_shown, if is_shown { text.strong() } else { text });
-                let button = button.truncate().min_size(vec2(ui.available_width(), theme::ROW - 2.0));
-                let response = ui.add(button);
-                if response.double_clicked() {
-                    self.renaming = Some(Renaming::of(branch));
-                } else if response.clicked() && !is_shown {
-                    actions.push(Action::SwitchBranch(branch.id));
-                }
-                Popup::context_menu(&response).show(|ui| self.menu(ui, session, branch, actions));
-                if !Popup::is_id_open(ui.ctx(), Popup::default_response_id(&more)) {
-                    response.on_hover_ui(|ui| {
-                        about(ui, session, branch);
-                        let hint = if is_shown { "Double-click to rename" } else { "Click to show it" };
-                        ui.label(RichText::new(hint).small().color(Palette::of(ui).weak));
-                    });
-                }
+                let more = icons::button(ui, Icon::More, &format!("More about {}", branch.name), None);
+                let menu = Popup::menu(&more).close_behavior(PopupCloseBehavior::CloseOnClick);
+                menu.show(|ui| self.menu(ui, session, branch, actions));
+                let more = more.on_hover_text("Rename, compare or remove this branch");
+                ui.with_layout(
+                    egui::Layout::left_to_right(egui::Align::Center).with_cross_justify(true),
+                    |ui| {
+                        let is_shown = session.timeline.current().is_some_and(|b| b.id == branch.id);
+                        let text = RichText::new(&branch.name);
+                        let text = if is_shown { text.strong() } else { text };
+                        // What grows pushes the name to the left.
+                        let button = Button::selectable(is_shown, (text, Atom::grow()));
+                        let button = button.truncate().min_size(vec2(ui.available_width(), theme::ROW - 2.0));
+                        let response = ui.add(button);
+                        if response.double_clicked() {
+                            self.renaming = Some(Renaming::of(branch));
+                        } else if response.clicked() && !is_shown {
+                            actions.push(Action::SwitchBranch(branch.id));
+                        }
+                        Popup::context_menu(&response).show(|ui| self.menu(ui, session, branch, actions));
+                        if !Popup::is_id_open(ui.ctx(), Popup::default_response_id(&more)) {
+                            response.on_hover_ui(|ui| {
+                                about(ui, session, branch);
+                                let hint =
+                                    if is_shown { "Double-click to rename" } else { "Click to show it" };
+                                ui.label(RichText::new(hint).small().color(Palette::of(ui).weak));
+                            });
+                        }
+                    },
+                );
             });
         });
     }

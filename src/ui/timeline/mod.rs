@@ -25,11 +25,6 @@ use axis::Axis;
 use lanes::Renaming;
 pub(super) use pointing::{name as state_name, value_text};
 
-/// Height with which the panel begins, of a window of that height.
-pub(super) fn default_height(window: f32) -> f32 {
-    (0.28 * window).clamp(100.0, 252.0)
-}
-
 /// The least height: the first row and the ruler.
 pub(super) const LEAST_HEIGHT: f32 = theme::ROW + ruler::HEIGHT + 12.0;
 
@@ -38,6 +33,10 @@ const NAMES: f32 = 132.0;
 /// Width of the figures on the right, and of a panel that has room for them.
 const FIGURES: f32 = 178.0;
 const WIDE: f32 = 780.0;
+/// Height of the figures in a row of their own, and of a panel that has room
+/// for it.
+const FIGURES_ROW: f32 = 30.0;
+const LOW: f32 = 140.0;
 
 /// What the panel remembers besides the session.
 #[derive(Debug, Default)]
@@ -51,20 +50,25 @@ impl Timeline {
     pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         self.play(ui, session, actions);
         header::show(ui, session, actions);
+        if session.timeline.states().is_empty() {
+            let text = "Every state of the run will be kept here";
+            ui.label(RichText::new(text).color(Palette::of(ui).weak));
+            return;
+        }
         let mut body = ui.available_rect_before_wrap();
-        ui.advance_cursor_after_rect(body);
+        body.min.y += 4.0;
         if body.width() >= WIDE && body.height() >= 60.0 {
             let side = Rect::from_min_max(pos2(body.max.x - FIGURES, body.min.y), body.max);
             body.max.x = side.min.x - 16.0;
-            ui.scope_builder(UiBuilder::new().max_rect(side), |ui| {
-                ScrollArea::vertical().id_salt("figures").show(ui, |ui| figures::show(ui, session));
+            within(ui, side, |ui| {
+                let area = ScrollArea::vertical().id_salt("figures").min_scrolled_height(0.0);
+                area.show(ui, |ui| figures::show(ui, session));
             });
-        }
-        if session.timeline.states().is_empty() {
-            let text = "Every state of the run will be kept here";
-            let weak = Palette::of(ui).weak;
-            ui.scope_builder(UiBuilder::new().max_rect(body), |ui| ui.label(RichText::new(text).color(weak)));
-            return;
+        } else if body.height() >= LOW {
+            let mut row = body;
+            row.max.y = row.min.y + FIGURES_ROW;
+            body.min.y = row.max.y + 2.0;
+            within(ui, row, |ui| figures::show(ui, session));
         }
         self.rows(ui, session, body, actions);
     }
@@ -98,8 +102,9 @@ impl Timeline {
         hovered = ruler::show(ui, session, ruler, &axis, actions).or(hovered);
         let area = Rect::from_min_max(pos2(body.min.x, ruler.max.y), body.max);
         if area.height() > 4.0 {
-            ui.scope_builder(UiBuilder::new().max_rect(area), |ui| {
-                ScrollArea::vertical().id_salt("lanes").auto_shrink([false, false]).show(ui, |ui| {
+            within(ui, area, |ui| {
+                let scroll = ScrollArea::vertical().id_salt("lanes").min_scrolled_height(0.0);
+                scroll.auto_shrink([false, false]).show(ui, |ui| {
                     let size = vec2(area.width(), lanes_height);
                     let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
                     hovered = self.lanes(ui, session, rect, &axis, actions).or(hovered);
@@ -143,6 +148,13 @@ impl Timeline {
         let left = (interval - since).clamp(0.0, interval);
         ui.ctx().request_repaint_after(Duration::from_secs_f64(left));
     }
+}
+
+/// A part of the panel that never makes it larger.
+fn within<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> R {
+    let mut part = ui.new_child(UiBuilder::new().max_rect(rect));
+    part.shrink_clip_rect(rect.expand(2.0));
+    contents(&mut part)
 }
 
 /// States that the shown branch will have, as far as can be told: those of the

@@ -1,10 +1,11 @@
 //! The curves over the states.
 
-use egui::{FontId, Rect, RichText, Sense, TextStyle, Ui, UiBuilder, pos2, vec2};
+use egui::{FontId, Rect, RichText, Sense, TextStyle, Ui, pos2, vec2};
 use egui_plot::{AxisHints, GridMark, Line, Plot, PlotPoints, Points};
 
 use super::axis::Axis;
 use super::pointing::{scrub, value_text};
+use super::within;
 use crate::session::Session;
 use crate::session::action::Action;
 use crate::session::curves::Curve;
@@ -50,7 +51,7 @@ pub(super) fn show(
         .tick_label_font(FontId::proportional(TextStyle::Small.resolve(ui.style()).size))
         .tick_label_color(palette.weak)
         .formatter(move |mark, _| axis_number(curve, mark.value));
-    let shown = ui.scope_builder(UiBuilder::new().max_rect(plot_rect), |ui| {
+    let shown = within(ui, plot_rect, |ui| {
         Plot::new(("plot", curve.text()))
             .width(plot_rect.width())
             .height(plot_rect.height())
@@ -69,6 +70,7 @@ pub(super) fn show(
             .label_formatter(|_| None)
             .custom_y_axes(vec![numbers])
             .y_grid_spacer(move |_| grid(low, high))
+            .grid_color(ui.visuals().widgets.noninteractive.bg_stroke.color)
             .show(ui, |plot| {
                 plot.set_plot_bounds_x(bounds[0]..=bounds[1]);
                 plot.set_plot_bounds_y(low..=high);
@@ -86,7 +88,7 @@ pub(super) fn show(
                 );
             })
     });
-    let response = shown.inner.response;
+    let response = shown.response;
     let text = format!("{} over the states", curve.text());
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &text));
     scrub(ui, session, axis, &response, actions)
@@ -96,8 +98,7 @@ pub(super) fn show(
 fn title(ui: &mut Ui, session: &Session, curve: Curve, rect: Rect, right: f32) {
     let palette = Palette::of(ui);
     let cell = Rect::from_min_max(rect.min, pos2(right - 6.0, rect.max.y)).shrink2(vec2(0.0, 1.0));
-    ui.scope_builder(UiBuilder::new().max_rect(cell), |ui| {
-        ui.set_clip_rect(ui.clip_rect().intersect(cell));
+    within(ui, cell, |ui| {
         ui.spacing_mut().item_spacing.y = 0.0;
         let value =
             session.snapshot.as_ref().map_or_else(|| "–".to_owned(), |s| value_text(session, curve, s));
@@ -119,9 +120,14 @@ fn span(curve: Curve, points: &[[f64; 2]]) -> [f64; 2] {
             let margin = (0.08 * (high - low)).max(1e-3 * high.abs()).max(1e-9);
             [low - margin, high + margin]
         }
-        Curve::Clusters => [0.0, 1.12 * high.max(4.0)],
-        Curve::MeanError | Curve::Chamfer => [0.0, if high > 0.0 { 1.12 * high } else { 1.0 }],
+        Curve::Clusters => from_zero(high.max(4.0)),
+        Curve::MeanError | Curve::Chamfer => from_zero(if high > 0.0 { high } else { 1.0 }),
     }
+}
+
+/// With some space at both ends for numbers at the axis.
+fn from_zero(high: f64) -> [f64; 2] {
+    [-0.1 * high, 1.14 * high]
 }
 
 /// Two or three marks at round values.
