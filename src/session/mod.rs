@@ -21,7 +21,9 @@ pub mod curves;
 pub mod document;
 mod enabled;
 pub mod estimates;
+pub mod gizmo;
 mod hand;
+pub mod keeping;
 pub mod live;
 pub mod messages;
 pub mod playback;
@@ -46,6 +48,7 @@ use comparison::Comparison;
 use curves::Curves;
 use document::Document;
 use estimates::Estimates;
+use keeping::{Keeping, Opening};
 use live::Live;
 use messages::Messages;
 use playback::Playback;
@@ -68,6 +71,13 @@ pub enum Effect {
     AskForExport(Export),
     AskForScreenshot,
     SaveScreenshot(PathBuf),
+    /// Ask where the session is to be saved.
+    AskForSession,
+    SaveSession(PathBuf),
+    /// Open a session in place of this one.
+    OpenSession(Opening),
+    /// Remove what was left behind, by its id.
+    DiscardFound(u64),
     /// Open the file if it is there, or say that it isn't.
     OpenIfThere(PathBuf),
     /// Show a file in the system's file manager.
@@ -99,6 +109,7 @@ pub struct Session {
     pub pace: Pace,
     pub live: Live,
     pub activity: Activity,
+    pub keeping: Keeping,
     pub view: View,
     pub window: Window,
     pub camera: Camera,
@@ -151,6 +162,7 @@ impl Session {
             pace: DEFAULT_PACE,
             live: Live::default(),
             activity: Activity::Idle,
+            keeping: Keeping::default(),
             view: View::default(),
             window: Window::default(),
             camera: Camera::default(),

@@ -20,6 +20,7 @@ mod figures;
 mod fuzzy;
 mod help;
 mod history;
+mod keeping;
 mod keys;
 mod layout;
 mod log;
@@ -163,6 +164,7 @@ impl Interface {
             rect
         });
         self.overlays.show(&ctx, session, area.inner, &mut actions);
+        keeping::show(&ctx, session, &mut actions);
         self.dialogs.show(&ctx, &mut actions);
         self.watch_hand(&ctx, session, &mut actions);
         self.watch_gesture(&ctx, &mut actions);
