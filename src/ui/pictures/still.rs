@@ -56,6 +56,7 @@ impl Still {
             hidden: &self.hidden,
             scalar: None,
             surface_scalar: None,
+            disagrees: None,
             lit: Vec::new(),
             ghosts: Vec::new(),
             is_loading: false,
