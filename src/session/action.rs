@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use nalgebra::{Point3, Vector2};
 
 use super::scene::UpAxis;
+use super::seeds::SeedOrder;
 use super::view::{Layer, SurfaceStyle, ThemeChoice};
 use crate::inference::{Edit, Method, Params};
 use crate::worker::{Pace, SamplingOptions};
@@ -38,6 +39,11 @@ pub enum Action {
     SwitchBranch(u32),
     RenameBranch(u32, String),
     RemoveBranch(u32),
+    /// Makes the run with that seed a branch and shows it.
+    TakeSeed(u64),
+    SetSeedOrder(SeedOrder),
+    /// Shows the odds of a sample.
+    Explain(Option<u32>),
     /// Selects one primitive, or none.
     Select(Option<u32>),
     /// Adds a primitive to the selection, or takes it out.
@@ -240,6 +246,10 @@ verbs! {
          the next is there";
     Continue: Run, shift(Key::Space), "Continue sampling",
         "Go on from this finished state, with whatever was changed by hand, for T further iterations";
+    RunSeeds: Run, shift(Key::Char('R')), "Run 8 seeds",
+        "Make the whole run with this seed and the seven after it, in the background, with the present parameters \
+         and samples; then take the best";
+    StopSeeds: Run, None, "Stop the seeds", "Make no further runs with other seeds; what is finished stays";
     Resample: Run, None, "Sample again", "Sample the shape with these settings and start over";
 
     FirstState: Timeline, shift(Key::Left), "First state", "Show the start of this branch";
@@ -264,6 +274,9 @@ verbs! {
     HideSelected: View, plain(Key::Char('H')), "Hide selected", "Hide the selected primitives";
     ShowAll: View, Some(Shortcut { ctrl: false, shift: false, alt: true, key: Key::Char('H') }),
         "Show all primitives", "Show the hidden primitives again";
+    ShowSeeds: View, None, "Seeds", "Runs that differ in their seed alone, side by side";
+    ShowOdds: View, plain(Key::Char('E')), "Explain the point",
+        "Show the odds of each table for the point under the pointer: what the sampler draws its label from";
     ToggleLog: View, plain(Key::Char('L')), "Log", "Everything that happened, newest first";
     ThemeSystem: View, None, "System", "Light or dark as the system says";
     ThemeLight: View, None, "Light", "Always light";
@@ -288,7 +301,7 @@ pub const MOUSE: &[(&str, &str)] = &[
     ("Left drag", "Orbit"),
     ("Right or middle drag", "Pan"),
     ("Wheel", "Zoom to the cursor"),
-    ("Click", "Select a primitive or the primitive of a point"),
+    ("Click", "Select a primitive or the primitive of a point, and explain that point"),
     ("Shift+click", "Add to the selection"),
     ("Double-click", "Orbit around that place"),
     ("Drop a file", "Open it"),

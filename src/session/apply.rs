@@ -52,6 +52,9 @@ impl Session {
                 self.timeline.remove(id);
                 return self.show_timeline();
             }
+            Action::TakeSeed(seed) => return self.take_seed(seed),
+            Action::SetSeedOrder(order) => self.seeds.order = order,
+            Action::Explain(sample) => self.explain(sample),
             Action::EndGesture => self.undo.end_gesture(),
             Action::SaveScreenshot(path) => return vec![Effect::SaveScreenshot(path)],
             Action::SetParams(params) => return self.take_setup(params, self.sampling),
@@ -150,6 +153,15 @@ impl Session {
             | Verb::NewCluster
             | Verb::BelongTogether
             | Verb::ReleasePoints => return self.edit(self.edits_of(verb)),
+            Verb::RunSeeds => return self.run_seeds(),
+            Verb::StopSeeds => self.stop_seeds(),
+            Verb::ShowSeeds => self.view.shows_seeds ^= true,
+            Verb::ShowOdds => {
+                self.view.shows_odds ^= true;
+                if self.view.shows_odds && self.explained.is_none() {
+                    self.messages.push(Level::Note, "Click a point to see the odds of each table", "");
+                }
+            }
             Verb::Resample => return self.command(Command::Resample(self.sampling), Activity::Loading),
             Verb::ToggleLive => return self.set_live(!self.live.is_on),
             Verb::FrameSelection => {
@@ -215,6 +227,12 @@ impl Session {
         self.run_when_loaded = true;
         self.expect(Activity::Loading);
         Command::Load { source, sampling: self.sampling }
+    }
+
+    /// Shows the odds of a sample, or of none.
+    fn explain(&mut self, sample: Option<u32>) {
+        let count = self.loaded.as_ref().map_or(0, |l| l.cloud.points.len());
+        self.explained = sample.filter(|&i| (i as usize) < count);
     }
 
     fn set_aspect(&mut self, aspect: f64) {

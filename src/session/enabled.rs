@@ -55,6 +55,10 @@ impl Session {
                 can_edit && self.snapshot.as_ref().is_some_and(|s| !s.abstraction.pinned.is_empty())
             }
             Verb::FrameAll => loaded,
+            Verb::RunSeeds => self.snapshot.is_some() && self.activity != Activity::Loading,
+            Verb::StopSeeds => self.seeds.is_running(),
+            Verb::ShowSeeds => loaded,
+            Verb::ShowOdds => self.snapshot.is_some(),
             Verb::ShowAll => !self.hidden.is_empty(),
             _ => true,
         }
@@ -66,6 +70,8 @@ impl Session {
             Verb::ToggleOrthographic => Some(self.camera.orthographic),
             Verb::ToggleLive => Some(self.live.is_on),
             Verb::ToggleLog => Some(self.view.shows_log),
+            Verb::ShowSeeds => Some(self.view.shows_seeds),
+            Verb::ShowOdds => Some(self.view.shows_odds),
             Verb::ThemeSystem => Some(self.view.theme == ThemeChoice::System),
             Verb::ThemeLight => Some(self.view.theme == ThemeChoice::Light),
             Verb::ThemeDark => Some(self.view.theme == ThemeChoice::Dark),

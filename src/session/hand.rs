@@ -157,6 +157,7 @@ impl Session {
         };
         let same_samples = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(&l.cloud, &state.loaded.cloud));
         if !same_samples {
+            self.explained = None;
             self.selected_points = Arc::default();
         }
         self.loaded = Some(Arc::clone(&state.loaded));
@@ -207,6 +208,7 @@ impl Session {
             Action::Edit(edit) => Some(Undoable::Step(name_of(edit))),
             Action::Select(_) | Action::ToggleSelected(_) => step("Select"),
             Action::SetPrimitiveVisible(..) => step("Show or hide"),
+            Action::TakeSeed(seed) => step(&format!("Take seed {seed}")),
             Action::RenameBranch(..) => step("Rename the branch"),
             Action::RemoveBranch(_) => step("Remove the branch"),
             _ => None,
@@ -246,6 +248,8 @@ impl Session {
         self.timeline = timeline;
         self.run_when_loaded = false;
         if !is_same_shape {
+            self.explained = None;
+            self.seeds.clear();
             self.measured.clear();
             self.measuring = None;
             self.refit_scene();

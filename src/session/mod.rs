@@ -6,8 +6,10 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use nalgebra::Point3;
+
 use crate::geometry::palette::color_of;
-use crate::inference::{MergeProposal, Params, Phase, Primitive, Setting};
+use crate::inference::{MergeProposal, Params, Phase, Primitive, Setting, normalised_scale};
 use crate::worker::{
     Activity, Command, LoadedShape, Measurement, Pace, SamplingOptions, Snapshot, Source, State,
 };
@@ -22,6 +24,7 @@ mod hand;
 pub mod live;
 pub mod messages;
 pub mod scene;
+pub mod seeds;
 pub mod timeline;
 pub mod undo;
 pub mod view;
@@ -35,6 +38,7 @@ use document::Document;
 use live::Live;
 use messages::Messages;
 use scene::{SceneFromInput, UpAxis};
+use seeds::Seeds;
 use timeline::Timeline;
 use undo::Undo;
 use view::View;
@@ -81,6 +85,10 @@ pub struct Session {
     pub merge_text: Option<String>,
     /// Indices of the selected samples, in order.
     pub selected_points: Arc<[u32]>,
+    /// The sample whose odds are shown.
+    pub explained: Option<u32>,
+    /// Runs with other seeds.
+    pub seeds: Seeds,
     /// The merge that waits for a decision.
     pub proposal: Option<Box<MergeProposal>>,
     /// Pairs that were passed over since the last decision to merge, by ids.
@@ -120,6 +128,8 @@ impl Session {
             messages: Messages::default(),
             merge_text: None,
             selected_points: Arc::default(),
+            explained: None,
+            seeds: Seeds::default(),
             proposal: None,
             skipped: Vec::new(),
             measured: Vec::new(),
@@ -180,6 +190,15 @@ impl Session {
     /// The shown state with what it belongs to.
     pub fn shown_state(&self) -> Option<State> {
         self.timeline.shown_state()
+    }
+
+    /// By how much lengths in input units are multiplied to be normalised, as
+    /// α, p0 and σ are; `None` where the shape has no extent.
+    pub fn normalised_scale(&self) -> Option<f64> {
+        // It depends on the box alone.
+        let size = self.scene.bounds.size() / self.scene.scale();
+        self.loaded.as_ref()?;
+        normalised_scale(&[Point3::origin(), Point3::from(size)])
     }
 
     /// What undo and a session file keep.

@@ -187,6 +187,21 @@ impl Timeline {
         self.growing = self.current;
     }
 
+    /// As [`Timeline::add`], while the worker goes on with the branch it is at.
+    pub(super) fn add_beside(
+        &mut self,
+        name: String,
+        loaded: Arc<LoadedShape>,
+        states: Vec<Arc<Snapshot>>,
+        colors: Arc<Colors>,
+    ) {
+        let (growing, is_first) = (self.growing, self.branches.is_empty());
+        self.add(Some(name), loaded, states, colors, None);
+        if !is_first {
+            self.growing = growing;
+        }
+    }
+
     /// Makes the shown state the last of its branch: one of its own, where
     /// later ones are there already.
     pub(super) fn branch_here(&mut self) {

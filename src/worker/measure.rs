@@ -3,7 +3,7 @@
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel};
-use std::sync::{Arc, Weak};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use rayon::ThreadPool;
 
@@ -12,6 +12,32 @@ use super::source;
 use super::{Told, Wake};
 use crate::geometry::metrics::{Metrics, Reference, evaluate};
 use crate::io::Shape;
+
+/// What measuring against a shape takes.
+type Prepared = Result<Arc<Reference>, String>;
+
+/// What measuring against the last shape takes, shared by those who measure;
+/// without keeping that shape.
+#[derive(Debug, Clone, Default)]
+pub(super) struct References(Arc<Mutex<Option<(Weak<Shape>, Prepared)>>>);
+
+impl References {
+    /// Prepares it on the pool's threads, unless it is there already; whoever
+    /// else asks waits meanwhile.
+    pub(super) fn of(&self, shape: &Arc<Shape>, pool: &ThreadPool) -> Prepared {
+        let mut prepared = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*prepared {
+            Some((of, reference)) if std::ptr::eq(of.as_ptr(), Arc::as_ptr(shape)) => reference.clone(),
+            _ => {
+                let reference =
+                    guarded(|| pool.install(|| source::reference(shape))).and_then(|found| found);
+                let reference = reference.map(Arc::new);
+                *prepared = Some((Arc::downgrade(shape), reference.clone()));
+                reference
+            }
+        }
+    }
+}
 
 /// A state to measure, against its shape.
 struct Job {
@@ -29,7 +55,7 @@ pub(super) struct Measurer {
 
 impl Measurer {
     /// Results go out as events.
-    pub(super) fn spawn(events: SyncSender<Told>, wake: &Arc<Wake>) -> Self {
+    pub(super) fn spawn(events: SyncSender<Told>, wake: &Arc<Wake>, references: References) -> Self {
         // Half of the cores are left to the run that may go on meanwhile.
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let (jobs, incoming) = channel();
@@ -42,7 +68,7 @@ impl Measurer {
             .and_then(|pool| {
                 std::thread::Builder::new()
                     .name("measurer".to_owned())
-                    .spawn(move || work(&incoming, &pool, &events, &wake))
+                    .spawn(move || work(&incoming, &pool, &events, &wake, &references))
                     .map_err(|e| e.to_string())
             });
         if let Err(error) = &started {
@@ -60,26 +86,23 @@ impl Measurer {
 }
 
 /// Measures until one of the two ends is gone.
-fn work(jobs: &Receiver<Job>, pool: &ThreadPool, events: &SyncSender<Told>, wake: &Weak<Wake>) {
-    // What measuring against the last shape takes; without keeping that shape.
-    let mut prepared: Option<(Weak<Shape>, Result<Reference, String>)> = None;
+fn work(
+    jobs: &Receiver<Job>,
+    pool: &ThreadPool,
+    events: &SyncSender<Told>,
+    wake: &Weak<Wake>,
+    references: &References,
+) {
     let mut waiting: Option<Job> = None;
     while let Some(job) = waiting.take().or_else(|| jobs.recv().ok()) {
         let job = jobs.try_iter().last().unwrap_or(job);
-        let result = match &prepared {
-            Some((shape, reference)) if std::ptr::eq(shape.as_ptr(), Arc::as_ptr(&job.shape)) => reference
-                .as_ref()
-                .map_err(String::clone)
-                .and_then(|reference| guarded(|| pool.install(|| measured(&job.snapshot, reference)))),
-            _ => {
-                let reference =
-                    guarded(|| pool.install(|| source::reference(&job.shape))).and_then(|found| found);
-                prepared = Some((Arc::downgrade(&job.shape), reference));
-                // That took a while: there may be a newer state by now.
-                waiting = Some(job);
-                continue;
-            }
-        };
+        let reference = references.of(&job.shape, pool);
+        // That may have taken a while: there may be a newer state by now.
+        waiting = jobs.try_iter().last();
+        if waiting.is_some() {
+            continue;
+        }
+        let result = reference.and_then(|reference| measured(&job.snapshot, &reference, pool));
         let measurement = Measurement { snapshot: job.snapshot, result };
         // An owner that has this event will be woken for it, too.
         let Some(wake) = wake.upgrade() else { return };
@@ -90,11 +113,16 @@ fn work(jobs: &Receiver<Job>, pool: &ThreadPool, events: &SyncSender<Told>, wake
     }
 }
 
-fn measured(snapshot: &Snapshot, reference: &Reference) -> Metrics {
+/// What a state comes to, or why that can't be said.
+pub(super) fn measured(
+    snapshot: &Snapshot,
+    reference: &Reference,
+    pool: &ThreadPool,
+) -> Result<Metrics, String> {
     let state = &snapshot.abstraction;
     let shapes: Vec<_> = state.primitives.iter().map(|p| p.shape).collect();
     let unassigned_share = state.figures.unassigned as f64 / state.labels.len().max(1) as f64;
-    evaluate(&shapes, Some(unassigned_share), reference)
+    guarded(|| pool.install(|| evaluate(&shapes, Some(unassigned_share), reference)))
 }
 
 fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, String> {
