@@ -55,6 +55,7 @@ fn sphere(id: u32, center: [f64; 3], radius: f64, color: [u8; 4]) -> PrimitiveIn
         color,
         visible: true,
         highlight: Highlight::None,
+        ghost: false,
     }
 }
 

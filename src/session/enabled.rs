@@ -1,6 +1,6 @@
 //! What can be asked for now, and why not.
 
-use super::view::ThemeChoice;
+use super::view::{Picks, ThemeChoice, Tool};
 use super::{Session, Verb};
 use crate::inference::{Algorithm, Phase};
 use crate::worker::Activity;
@@ -38,8 +38,10 @@ impl Session {
                     && !self.live.is_renewing()
                     && self.loaded.as_ref().is_some_and(|l| l.sampling != self.sampling)
             }
-            Verb::FrameSelection | Verb::HideSelected => !self.selection.is_empty(),
-            Verb::Deselect => !self.selection.is_empty() || !self.selected_points.is_empty(),
+            Verb::HideSelected => !self.selection.is_empty(),
+            Verb::FrameSelection | Verb::Deselect => {
+                !self.selection.is_empty() || !self.selected_points.is_empty()
+            }
             Verb::Undo => !self.undo.done().is_empty(),
             Verb::Redo => !self.undo.undone().is_empty(),
             Verb::Continue => loaded && idle && self.phase() == Some(Phase::Finished) && is_sampler,
@@ -72,6 +74,10 @@ impl Session {
             Verb::ToggleLog => Some(self.view.shows_log),
             Verb::ShowSeeds => Some(self.view.shows_seeds),
             Verb::ShowOdds => Some(self.view.shows_odds),
+            Verb::ToolClick => Some(self.view.tool == Tool::Click),
+            Verb::ToolBox => Some(self.view.tool == Tool::Box),
+            Verb::ToolLasso => Some(self.view.tool == Tool::Lasso),
+            Verb::TogglePicks => Some(self.view.picks == Picks::Points),
             Verb::ThemeSystem => Some(self.view.theme == ThemeChoice::System),
             Verb::ThemeLight => Some(self.view.theme == ThemeChoice::Light),
             Verb::ThemeDark => Some(self.view.theme == ThemeChoice::Dark),

@@ -206,7 +206,10 @@ impl Session {
             Action::SetMethod(method) => step(&format!("Choose {}", method.name())),
             Action::Edit(edit @ Edit::SetShape { .. }) => Some(Undoable::Gesture(name_of(edit))),
             Action::Edit(edit) => Some(Undoable::Step(name_of(edit))),
-            Action::Select(_) | Action::ToggleSelected(_) => step("Select"),
+            Action::Select(_)
+            | Action::ToggleSelected(_)
+            | Action::SelectPrimitives { .. }
+            | Action::SelectPoints { .. } => step("Select"),
             Action::SetPrimitiveVisible(..) => step("Show or hide"),
             Action::TakeSeed(seed) => step(&format!("Take seed {seed}")),
             Action::RenameBranch(..) => step("Rename the branch"),

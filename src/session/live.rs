@@ -131,6 +131,8 @@ impl Session {
         let is_same_cloud = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(l, &renewed.loaded));
         if !is_same_cloud {
             self.explained = None;
+            // Indices of samples mean nothing among others.
+            self.selected_points = Arc::default();
         }
         // Other samples of the same shape leave the scene where it is.
         self.loaded = Some(Arc::clone(&renewed.loaded));

@@ -23,8 +23,10 @@ mod enabled;
 mod hand;
 pub mod live;
 pub mod messages;
+pub mod scalar;
 pub mod scene;
 pub mod seeds;
+pub mod selection;
 pub mod timeline;
 pub mod undo;
 pub mod view;
@@ -75,16 +77,18 @@ pub struct Session {
     pub activity: Activity,
     pub view: View,
     pub camera: Camera,
+    /// Counts the camera's moves that no drag made: a view may ease them.
+    pub camera_jumps: u64,
     pub scene: SceneFromInput,
     /// Ids of the selected primitives.
     pub selection: BTreeSet<u32>,
+    /// Indices of the selected samples, ascending.
+    pub selected_points: Arc<[u32]>,
     /// Ids of the primitives that are not shown.
     pub hidden: BTreeSet<u32>,
     pub messages: Messages,
     /// What the last merge came to.
     pub merge_text: Option<String>,
-    /// Indices of the selected samples, in order.
-    pub selected_points: Arc<[u32]>,
     /// The sample whose odds are shown.
     pub explained: Option<u32>,
     /// Runs with other seeds.
@@ -122,12 +126,13 @@ impl Session {
             activity: Activity::Idle,
             view: View::default(),
             camera: Camera::default(),
+            camera_jumps: 0,
             scene: SceneFromInput::fit(&[], UpAxis::Y),
             selection: BTreeSet::new(),
+            selected_points: Arc::default(),
             hidden: BTreeSet::new(),
             messages: Messages::default(),
             merge_text: None,
-            selected_points: Arc::default(),
             explained: None,
             seeds: Seeds::default(),
             proposal: None,

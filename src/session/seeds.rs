@@ -97,12 +97,6 @@ pub struct Seeds {
     count: u64,
 }
 
-impl Drop for Seeds {
-    fn drop(&mut self) {
-        self.stop();
-    }
-}
-
 impl Seeds {
     /// Whether runs, or their measurements, are still on their way.
     pub fn is_running(&self) -> bool {

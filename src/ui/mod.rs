@@ -25,7 +25,8 @@ mod widgets;
 use dialogs::Dialogs;
 pub use dialogs::Purpose;
 use overlays::Overlays;
-use viewport::Viewport;
+use scene::SceneView;
+use viewport::{Studio, Viewport};
 
 /// Widths of the side panels in logical pixels.
 const LEFT: f32 = 290.0;
@@ -40,6 +41,8 @@ const STILL_FRAMES: u32 = 2;
 #[derive(Debug)]
 pub struct Interface {
     viewport: Viewport,
+    /// Draws what is not on screen, where there is something to draw with.
+    studio: Option<Studio>,
     dialogs: Dialogs,
     overlays: Overlays,
     /// When what a run is made from was last changed, in seconds, and the frames
@@ -54,7 +57,8 @@ impl Interface {
     pub fn new(ctx: &Context, state: Option<&egui_wgpu::RenderState>, system_dialogs: bool) -> Self {
         theme::install(ctx);
         Self {
-            viewport: Viewport::new(state),
+            viewport: Viewport::new(state, "3D view", true),
+            studio: state.map(Studio::new),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
             turned_at: 0.0,
@@ -94,8 +98,10 @@ impl Interface {
         });
         Panel::bottom("progress").frame(below).show(ui, |ui| progress::show(ui, session));
         let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
-            let rect = ui.max_rect();
-            self.viewport.show(ui, session, &mut actions);
+            ui.spacing_mut().item_spacing.y = 0.0;
+            viewport::toolbar(ui, session, &mut actions);
+            let rect = ui.available_rect_before_wrap();
+            self.viewport.show(ui, &SceneView::of(session), &mut actions);
             rect
         });
         self.overlays.show(&ctx, session, area.inner, &mut actions);

@@ -10,7 +10,9 @@ use std::time::{Duration, Instant};
 use super::machine::Machine;
 use super::measure::{Measurer, References};
 use super::pacer::Pacer;
-use super::protocol::{Activity, Cause, Command, Event, LoadedShape, SeedNews, SeedRequest, Setup, Snapshot, State};
+use super::protocol::{
+    Activity, Cause, Command, Event, LoadedShape, SeedNews, SeedRequest, Setup, Snapshot, State,
+};
 use super::seeds::SeedRunner;
 use super::source::{self, Part};
 use super::trouble::{Stop, Trouble, guarded};

@@ -29,8 +29,7 @@ impl References {
         match &*prepared {
             Some((of, reference)) if std::ptr::eq(of.as_ptr(), Arc::as_ptr(shape)) => reference.clone(),
             _ => {
-                let reference =
-                    guarded(|| pool.install(|| source::reference(shape))).and_then(|found| found);
+                let reference = guarded(|| pool.install(|| source::reference(shape))).and_then(|found| found);
                 let reference = reference.map(Arc::new);
                 *prepared = Some((Arc::downgrade(shape), reference.clone()));
                 reference

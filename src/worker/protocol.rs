@@ -9,7 +9,9 @@ use crate::geometry::SampleCloud;
 pub use crate::geometry::SamplingOptions;
 use crate::geometry::metrics::Metrics;
 use crate::geometry::palette::Colors;
-use crate::inference::{Abstraction, Cancel, Checkpoint, Edit, MergeProposal, MergeReport, Occurrence, Params};
+use crate::inference::{
+    Abstraction, Cancel, Checkpoint, Edit, MergeProposal, MergeReport, Occurrence, Params,
+};
 use crate::io::Shape;
 
 /// Where a shape comes from.
@@ -284,12 +286,21 @@ pub struct SeedRun {
 #[derive(Debug, Clone)]
 pub enum SeedNews {
     /// The share of the iterations that the run with this seed has made.
-    Progress { seed: u64, share: f32 },
+    Progress {
+        seed: u64,
+        share: f32,
+    },
     Finished(Arc<SeedRun>),
     /// What a finished run comes to against the shape.
-    Measured { seed: u64, measurement: Arc<Measurement> },
+    Measured {
+        seed: u64,
+        measurement: Arc<Measurement>,
+    },
     /// No more of them can be made.
-    Failed { what: String, error: String },
+    Failed {
+        what: String,
+        error: String,
+    },
     /// All that was asked for was made, or was stopped.
     Over,
 }

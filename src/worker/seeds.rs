@@ -142,7 +142,8 @@ impl Work {
         seed: u64,
     ) -> Result<Result<Arc<SeedRun>, Stop>, Gone> {
         let params = Params { seed, ..request.params };
-        let started = self.guarded(|| {
+        let base = base.clone();
+        let started = self.guarded(move || {
             let machine = base.restarted(params, &request.cancel);
             let machine = machine.map_err(|error| Stop::inference(WHAT, &error))?;
             let abstraction = machine.abstraction();
@@ -210,12 +211,7 @@ struct States<'a> {
 }
 
 impl<'a> States<'a> {
-    fn new(
-        request: &'a SeedRequest,
-        params: Params,
-        first: Abstraction,
-        machine: &impl Machine,
-    ) -> Self {
+    fn new(request: &'a SeedRequest, params: Params, first: Abstraction, machine: &impl Machine) -> Self {
         let labels = first.labels.len() * (params.iterations as usize + 1);
         let mut new = Self {
             request,
