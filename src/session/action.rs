@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Point3, Vector2};
 
+use super::scalar::Top;
 use super::scene::UpAxis;
 use super::seeds::SeedOrder;
 use super::selection::Select;
@@ -65,6 +66,10 @@ pub enum Action {
     /// Diameter in logical pixels.
     SetPointSize(f32),
     SetColorBy(ColorBy),
+    /// Where the colour bar ends.
+    SetLegendTop(Top),
+    /// States over which the uncertainty of labels is taken.
+    SetUncertaintyWindow(u32),
     /// Whether boxes and lassos leave out what is hidden behind something else.
     SetVisibleOnly(bool),
     SetUpAxis(UpAxis),

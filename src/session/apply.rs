@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::camera::{AxisView, Bounds, Camera};
 use super::messages::Level;
+use super::scalar::Top;
 use super::scene::SceneFromInput;
 use super::undo::Undoable;
 use super::view::{Picks, ThemeChoice, Tool, View};
@@ -95,7 +96,15 @@ impl Session {
             Action::SetPointSize(size) => {
                 self.view.point_size = size.clamp(View::POINT_SIZE.0, View::POINT_SIZE.1);
             }
-            Action::SetColorBy(by) => self.view.color_by = by,
+            Action::SetColorBy(by) => {
+                self.view.color_by = by;
+                self.view.legend_top = Top::default();
+            }
+            Action::SetLegendTop(top) => self.view.legend_top = top,
+            Action::SetUncertaintyWindow(states) => {
+                let (least, most) = View::UNCERTAINTY_WINDOW;
+                self.view.uncertainty_window = states.clamp(least, most);
+            }
             Action::SetVisibleOnly(on) => self.view.visible_only = on,
             Action::SetUpAxis(up) => {
                 self.view.up = up;

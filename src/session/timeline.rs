@@ -111,6 +111,12 @@ impl Timeline {
         self.current().map_or(&[], |b| &b.states)
     }
 
+    /// The states of the branch that is shown, up to the one that is.
+    pub fn history(&self) -> &[Arc<Snapshot>] {
+        let states = self.states();
+        &states[..states.len().min(self.shown + 1)]
+    }
+
     /// Index of the shown state within its branch.
     pub fn shown_index(&self) -> usize {
         self.shown

@@ -1,5 +1,7 @@
 //! How the shape is shown.
 
+use super::scalar::Top;
+
 /// What can be shown or hidden as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Layer {
@@ -81,11 +83,25 @@ pub enum ColorBy {
     OwnDistance,
     /// The distance to the nearest primitive's surface.
     NearestDistance,
+    /// On the primitives' surfaces: the distance to the input.
+    SurfaceDistance,
+    /// The entropy of the point's labels over the last states.
+    Uncertainty,
+    /// The entropy of the point's labels over runs with several seeds.
+    SeedUncertainty,
 }
 
 impl ColorBy {
-    pub const ALL: [Self; 5] =
-        [Self::Cluster, Self::Input, Self::Plain, Self::OwnDistance, Self::NearestDistance];
+    pub const ALL: [Self; 8] = [
+        Self::Cluster,
+        Self::OwnDistance,
+        Self::NearestDistance,
+        Self::SurfaceDistance,
+        Self::Uncertainty,
+        Self::SeedUncertainty,
+        Self::Input,
+        Self::Plain,
+    ];
 
     pub fn text(self) -> &'static str {
         match self {
@@ -93,7 +109,10 @@ impl ColorBy {
             Self::Input => "Input colour",
             Self::Plain => "Plain",
             Self::OwnDistance => "Error",
-            Self::NearestDistance => "Nearest surface",
+            Self::NearestDistance => "To the primitives",
+            Self::SurfaceDistance => "To the input",
+            Self::Uncertainty => "Uncertainty",
+            Self::SeedUncertainty => "Seeds' disagreement",
         }
     }
 
@@ -109,6 +128,18 @@ impl ColorBy {
             Self::NearestDistance => {
                 "The distance from each point to the nearest surface of any primitive, to first order, in \
                  the file's units"
+            }
+            Self::SurfaceDistance => {
+                "Painted on the primitives: the distance from each place of their surfaces to the input, \
+                 exact to a mesh, to the nearest point of a cloud, in the file's units"
+            }
+            Self::Uncertainty => {
+                "How often the label z of each point changed over the last states: the entropy of its \
+                 labels, 0 if it was always the same, 1 if it was never the same twice"
+            }
+            Self::SeedUncertainty => {
+                "Where runs with several seeds disagree: the entropy of each point's labels over the seeds, \
+                 after the primitives that stand for the same part were matched"
             }
         }
     }
@@ -134,6 +165,10 @@ pub struct View {
     /// Diameter of a point in logical pixels.
     pub point_size: f32,
     pub color_by: ColorBy,
+    /// Where the colour bar of a number ends.
+    pub legend_top: Top,
+    /// States over which the uncertainty of labels is taken, W.
+    pub uncertainty_window: u32,
     pub tool: Tool,
     pub picks: Picks,
     /// Boxes and lassos leave out what is hidden behind something else.
@@ -152,6 +187,8 @@ pub struct View {
 impl View {
     /// Limits of `point_size`.
     pub const POINT_SIZE: (f32, f32) = (1.0, 12.0);
+    /// Limits of `uncertainty_window`.
+    pub const UNCERTAINTY_WINDOW: (u32, u32) = (2, 200);
 
     pub fn shows(&self, layer: Layer) -> bool {
         self.layers[layer as usize]
@@ -169,6 +206,8 @@ impl Default for View {
             surface_style: SurfaceStyle::default(),
             point_size: 3.5,
             color_by: ColorBy::default(),
+            legend_top: Top::default(),
+            uncertainty_window: 10,
             tool: Tool::default(),
             picks: Picks::default(),
             visible_only: false,

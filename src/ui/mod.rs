@@ -9,6 +9,8 @@ use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 use crate::session::Session;
 use crate::session::action::Action;
 
+mod background;
+mod coloring;
 mod controls;
 mod dialogs;
 mod figures;

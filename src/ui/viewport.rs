@@ -84,7 +84,7 @@ impl Viewport {
         if view.loaded.is_some() {
             ruler::show(ui, view, &frame, rect);
         }
-        legend::show(ui, &self.scene, rect);
+        legend::show(ui, &self.scene, view.view, rect, actions);
         axes::show(ui, view, &camera, rect, &self.name, actions);
         if view.loaded.is_none() {
             empty(ui, view, rect);
