@@ -181,8 +181,8 @@ impl Session {
             Verb::StopSeeds => self.stop_seeds(),
             Verb::ShowSeeds => self.view.shows_seeds ^= true,
             Verb::ShowOdds => {
-                self.view.shows_odds ^= true;
-                if self.view.shows_odds && self.explained.is_none() {
+                self.view.shows_odds = !self.view.shows_odds || self.explained.is_none();
+                if self.explained.is_none() {
                     self.messages.push(Level::Note, "Click a point to see the odds of each table", "");
                 }
             }

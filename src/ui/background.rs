@@ -75,7 +75,8 @@ impl<K: Clone + PartialEq, T: Send + Sync + 'static> Background<K, T> {
     }
 
     /// Whether a result is on its way.
-    pub(super) fn is_busy(&self) -> bool {
+    #[cfg(test)]
+    fn is_busy(&self) -> bool {
         self.under_way.is_some()
     }
 }

@@ -55,6 +55,9 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ui.separator();
             menu_item(ui, session, Verb::Reset, actions);
             menu_item(ui, session, Verb::ToggleLive, actions);
+            ui.separator();
+            menu_item(ui, session, Verb::RunSeeds, actions);
+            menu_item(ui, session, Verb::StopSeeds, actions);
         });
         ui.menu_button("View", |ui| {
             for verb in [Verb::FrameAll, Verb::FrameSelection] {
@@ -99,6 +102,8 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                     menu_item(ui, session, choice.into(), actions);
                 }
             });
+            menu_item(ui, session, Verb::ShowSeeds, actions);
+            menu_item(ui, session, Verb::ShowOdds, actions);
             menu_item(ui, session, Verb::ToggleLog, actions);
         });
         ui.menu_button("Help", |ui| {

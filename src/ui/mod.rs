@@ -16,18 +16,23 @@ mod dialogs;
 mod figures;
 mod keys;
 mod menu;
+mod odds;
 mod overlays;
 mod primitives;
+mod priors;
 mod progress;
 mod scene;
+mod seeds;
 mod theme;
 mod viewport;
 mod widgets;
 
 use dialogs::Dialogs;
 pub use dialogs::Purpose;
+use odds::OddsCard;
 use overlays::Overlays;
 use scene::SceneView;
+use seeds::SeedStrip;
 use viewport::{Studio, Viewport};
 
 /// Widths of the side panels in logical pixels.
@@ -45,6 +50,8 @@ pub struct Interface {
     viewport: Viewport,
     /// Draws what is not on screen, where there is something to draw with.
     studio: Option<Studio>,
+    odds: OddsCard,
+    seeds: SeedStrip,
     dialogs: Dialogs,
     overlays: Overlays,
     /// When what a run is made from was last changed, in seconds, and the frames
@@ -61,6 +68,8 @@ impl Interface {
         Self {
             viewport: Viewport::new(state, "3D view", true),
             studio: state.map(Studio::new),
+            odds: OddsCard::default(),
+            seeds: SeedStrip::default(),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
             turned_at: 0.0,
@@ -99,6 +108,7 @@ impl Interface {
             primitives::show(ui, session, &mut actions);
         });
         Panel::bottom("progress").frame(below).show(ui, |ui| progress::show(ui, session));
+        self.seeds.show(ui, session, self.studio.as_mut(), &mut actions);
         let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 0.0;
             viewport::toolbar(ui, session, &mut actions);
@@ -106,6 +116,7 @@ impl Interface {
             self.viewport.show(ui, &SceneView::of(session), &mut actions);
             rect
         });
+        self.odds.show(&ctx, session, area.inner, &mut actions);
         self.overlays.show(&ctx, session, area.inner, &mut actions);
         self.dialogs.show(&ctx, &mut actions);
         self.watch_hand(&ctx, session, &mut actions);

@@ -57,6 +57,8 @@ pub(super) struct SceneView<'a> {
     pub(super) lit: &'a [u32],
     /// What is not there yet, in input units.
     pub(super) ghosts: &'a [Superquadric],
+    /// The sample that is being explained.
+    pub(super) marked: Option<u32>,
     pub(super) is_loading: bool,
 }
 
@@ -80,6 +82,7 @@ impl<'a> SceneView<'a> {
             surface_scalar: None,
             lit: &[],
             ghosts: &[],
+            marked: session.explained.filter(|_| session.view.shows_odds),
             is_loading: session.activity == Activity::Loading,
         }
     }
