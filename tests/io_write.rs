@@ -12,7 +12,7 @@ use common::{cloud, read_as};
 use nalgebra::{Point3, Rotation3, Vector3};
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{DefaultElement, Property};
-use superform::geometry::palette::{UNASSIGNED_COLOR, color_of};
+use superform::geometry::palette::{Colors, UNASSIGNED_COLOR, color_of};
 use superform::geometry::{SampleCloud, SamplingOptions, Superquadric};
 use superform::inference::{Abstraction, Figures, MergeReport, Params, Phase, Primitive, UNASSIGNED};
 use superform::io::{self, Outcome, PhaseTimes, RunRecord, Shape};
@@ -20,6 +20,7 @@ use superform::io::{self, Outcome, PhaseTimes, RunRecord, Shape};
 /// A finished run on a shape, with its points dealt to two primitives in
 /// turn, every third to none.
 struct Run {
+    colors: Colors,
     shape: Shape,
     cloud: SampleCloud,
     params: Params,
@@ -53,11 +54,12 @@ impl Run {
             pinned: [].into(),
             labels,
         };
-        Self { shape, cloud, params: Params::default(), abstraction }
+        Self { shape, cloud, params: Params::default(), abstraction, colors: Colors::default() }
     }
 
     fn outcome(&self) -> Outcome<'_> {
         Outcome {
+            colors: &self.colors,
             shape: &self.shape,
             cloud: &self.cloud,
             sampling: SamplingOptions::default(),

@@ -463,6 +463,7 @@ fn chair() -> Vec<PrimitiveInstance> {
         color: [palette[i][0], palette[i][1], palette[i][2], 255],
         visible: true,
         highlight: if i == 8 { Highlight::Selected } else { Highlight::None },
+        ghost: false,
     };
     shapes.into_iter().enumerate().map(instance).collect()
 }

@@ -33,7 +33,11 @@ fn a_moved_slider_renews_the_result() {
     }
     let state = driver.session().snapshot.clone().unwrap();
     assert_eq!((state.abstraction.phase, state.start.clusters), (Phase::Finished, 5));
-    assert_eq!(driver.session().history.entries()[0].clusters, 5, "the history is that of the new run");
+    assert_eq!(
+        driver.session().timeline.states()[0].abstraction.figures.clusters,
+        5,
+        "the history is that of the new run"
+    );
     assert_eq!(driver.session().camera, camera);
     driver.settle();
     assert!(driver.shows("Iteration 6 of 6") && driver.shows("Finished"));
@@ -131,6 +135,6 @@ fn the_pace_can_be_chosen_on_the_way() {
     driver.press("Run");
     driver.settle();
     assert_eq!(driver.session().phase(), Some(Phase::Finished));
-    let seen: Vec<u32> = driver.session().history.entries().iter().map(|e| e.iteration).collect();
+    let seen: Vec<u32> = driver.session().timeline.states().iter().map(|e| e.abstraction.iteration).collect();
     assert!((0..=40).all(|i| seen.contains(&i)), "every iteration was told: {seen:?}");
 }

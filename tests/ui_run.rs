@@ -37,7 +37,7 @@ fn the_shape_becomes_primitives_without_a_touch() {
     let driver = Driver::finished();
     let session = driver.session();
     assert!(!session.primitives().is_empty());
-    assert_eq!(session.history.entries().first().map(|e| e.iteration), Some(0));
+    assert_eq!(session.timeline.states().first().map(|e| e.abstraction.iteration), Some(0));
     assert_eq!(driver.iteration(), 6);
     assert!(driver.shows("Iteration 6 of 6"));
     assert!(driver.shows("Finished"));
@@ -63,7 +63,8 @@ fn a_run_is_paused_stepped_and_continued() {
     assert_eq!(driver.session().phase(), Some(Phase::Finished));
     assert_eq!(driver.iteration(), paused_at + 4, "a changed T is taken on the way");
     // Every iteration was seen once: pausing loses nothing.
-    let iterations: Vec<u32> = driver.session().history.entries().iter().map(|e| e.iteration).collect();
+    let iterations: Vec<u32> =
+        driver.session().timeline.states().iter().map(|e| e.abstraction.iteration).collect();
     assert!(iterations.windows(2).all(|w| w[1] == w[0] || w[1] == w[0] + 1), "{iterations:?}");
 }
 
@@ -118,7 +119,11 @@ fn a_slider_moved_during_the_run_is_taken_on_the_way() {
     driver.until(|s| s.snapshot.as_ref().is_some_and(|s| (s.params.p0 - 0.5).abs() < 1e-6));
     driver.press("Pause");
     driver.settle();
-    assert_eq!(driver.session().history.entries().first().map(|e| e.iteration), Some(0), "no new start");
+    assert_eq!(
+        driver.session().timeline.states().first().map(|e| e.abstraction.iteration),
+        Some(0),
+        "no new start"
+    );
 }
 
 #[test]
@@ -164,7 +169,7 @@ fn a_method_is_chosen_run_and_seen() {
     driver.settle();
     let phase = driver.session().phase();
     assert_eq!((driver.session().primitives().len(), phase), (9, Some(Phase::Finished)));
-    assert_eq!(driver.session().history.entries().len(), 10, "every fit was seen");
+    assert_eq!(driver.session().timeline.states().len(), 10, "every fit was seen");
     assert!(driver.shows("K-means: step 9 of 9") && driver.shows("Finished"));
     assert!(!driver.is_enabled("Step merge"), "there is nothing to judge a merge by");
     for (method, title) in

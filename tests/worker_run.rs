@@ -7,19 +7,32 @@ use std::time::Duration;
 use superform::geometry::metrics::{MetricOptions, evaluate};
 use superform::inference::{Method, Params, Phase};
 use superform::io;
-use superform::worker::{Activity, Command, Event, SamplingOptions, Snapshot, Source, Worker};
+use superform::worker::{
+    Activity, Command, Event, LoadedShape, SamplingOptions, Snapshot, Source, State, Worker,
+};
 
 /// Longer than anything here takes; reached only by a failing test.
 const PATIENCE: Duration = Duration::from_secs(120);
 
 fn start() -> Worker {
+    start_with_shape().0
+}
+
+fn start_with_shape() -> (Worker, Arc<LoadedShape>) {
     let mut worker = Worker::spawn(|| {}).unwrap();
     let params = Params { iterations: 8, clusters: 12, ..Params::default() };
     worker.send(Command::SetParams(params));
     let sampling = SamplingOptions { points: 800, seed: 3, ..SamplingOptions::default() };
     worker.send(Command::Load { source: Source::BuiltIn, sampling });
+    let loaded = loop {
+        match worker.next_event(PATIENCE).expect("the worker has fallen silent") {
+            Event::Loaded(loaded) => break loaded,
+            Event::Failed { what, error } => panic!("{what}: {error}"),
+            _ => {}
+        }
+    };
     until_idle(&mut worker);
-    worker
+    (worker, loaded)
 }
 
 /// The snapshots up to the next rest.
@@ -75,12 +88,13 @@ fn a_run_interrupted_again_and_again_gives_the_same_bits() {
 fn the_results_of_a_step_are_exported() {
     let folder = tempfile::tempdir().unwrap();
     let (cloud, primitives) = (folder.path().join("cloud.ply"), folder.path().join("primitives.json"));
-    let mut worker = start();
+    let (mut worker, loaded) = start_with_shape();
     worker.send(Command::StepIteration);
     let state = until_idle(&mut worker).pop().unwrap();
-    worker.send(Command::ExportCloud(cloud.clone()));
+    let shown = State { loaded, snapshot: Arc::clone(&state) };
+    worker.send(Command::ExportCloud(cloud.clone(), shown.clone(), Arc::default()));
     until_idle(&mut worker);
-    worker.send(Command::ExportPrimitives(primitives.clone()));
+    worker.send(Command::ExportPrimitives(primitives.clone(), shown));
     until_idle(&mut worker);
     assert!(std::fs::read(&cloud).unwrap().starts_with(b"ply"));
     let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&primitives).unwrap()).unwrap();
@@ -108,7 +122,7 @@ fn another_method_starts_anew() {
         assert_eq!(state.abstraction.iteration, i);
     }
     assert_eq!(states[7].abstraction.phase, Phase::Finished);
-    worker.send(Command::StepMerge);
+    worker.send(Command::MergeAll);
     loop {
         match worker.next_event(PATIENCE).expect("the worker has fallen silent") {
             Event::MergeStep(merge) => break assert_eq!(merge, None, "a baseline merges nothing"),
@@ -123,7 +137,7 @@ fn another_method_starts_anew() {
 fn a_finished_run_is_measured_as_evaluate_measures_its_file() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("primitives.json");
-    let mut worker = start();
+    let (mut worker, loaded) = start_with_shape();
     worker.send(Command::Run);
     let measurement = loop {
         match worker.next_event(PATIENCE).expect("the worker has fallen silent") {
@@ -134,7 +148,8 @@ fn a_finished_run_is_measured_as_evaluate_measures_its_file() {
     };
     assert_eq!(measurement.snapshot.abstraction.phase, Phase::Finished);
     let found = measurement.result.as_ref().unwrap();
-    worker.send(Command::ExportPrimitives(path.clone()));
+    let state = State { loaded, snapshot: Arc::clone(&measurement.snapshot) };
+    worker.send(Command::ExportPrimitives(path.clone(), state));
     while !matches!(worker.next_event(PATIENCE).expect("the worker has fallen silent"), Event::Written { .. })
     {
     }

@@ -37,7 +37,7 @@ pub enum Edit {
     /// whatever the test says; the largest one's id stays.
     Merge { ids: Vec<u32> },
     /// Makes one primitive, exactly the shown one, of two.
-    AcceptMerge { proposal: MergeProposal },
+    AcceptMerge { proposal: Box<MergeProposal> },
     /// Cuts a primitive in two, the best of a few cuts; the larger part keeps
     /// the id.
     Split { id: u32 },

@@ -114,10 +114,7 @@ impl Session {
             Action::Orbit { right, up } => self.camera.orbit(right, up),
             Action::Pan(offset) => self.camera.pan(offset),
             Action::Zoom { cursor, factor } => self.camera.zoom_to(cursor, factor),
-            Action::SetPivot(point) => {
-                self.camera_jumps += 1;
-                self.camera.set_pivot(point);
-            }
+            Action::SetPivot(point) => self.jump(|camera| camera.set_pivot(point)),
             Action::SetAspect(aspect) => self.set_aspect(aspect),
             Action::DismissErrors => self.messages.dismiss_errors(),
             Action::Tell { what, error } => self.messages.push(Level::Error, what, error),

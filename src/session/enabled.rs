@@ -39,7 +39,7 @@ impl Session {
                     && self.loaded.as_ref().is_some_and(|l| l.sampling != self.sampling)
             }
             Verb::HideSelected => !self.selection.is_empty(),
-            Verb::FrameSelection | Verb::Deselect => {
+            Verb::Deselect | Verb::FrameSelection => {
                 !self.selection.is_empty() || !self.selected_points.is_empty()
             }
             Verb::Undo => !self.undo.done().is_empty(),

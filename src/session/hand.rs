@@ -120,7 +120,7 @@ impl Session {
     pub(super) fn accept_merge(&mut self) -> Vec<Effect> {
         let Some(proposal) = self.proposal.take() else { return Vec::new() };
         let skipped = std::mem::take(&mut self.skipped);
-        let mut effects = self.edit(vec![Edit::AcceptMerge { proposal: *proposal }]);
+        let mut effects = self.edit(vec![Edit::AcceptMerge { proposal }]);
         effects.push(Effect::Send(Command::ProposeMerge { of: None, skipped: skipped.clone() }));
         self.skipped = skipped;
         effects
@@ -206,10 +206,8 @@ impl Session {
             Action::SetMethod(method) => step(&format!("Choose {}", method.name())),
             Action::Edit(edit @ Edit::SetShape { .. }) => Some(Undoable::Gesture(name_of(edit))),
             Action::Edit(edit) => Some(Undoable::Step(name_of(edit))),
-            Action::Select(_)
-            | Action::ToggleSelected(_)
-            | Action::SelectPrimitives { .. }
-            | Action::SelectPoints { .. } => step("Select"),
+            Action::Select(_) | Action::ToggleSelected(_) | Action::SelectPrimitives { .. } => step("Select"),
+            Action::SelectPoints { .. } => step("Select points"),
             Action::SetPrimitiveVisible(..) => step("Show or hide"),
             Action::TakeSeed(seed) => step(&format!("Take seed {seed}")),
             Action::RenameBranch(..) => step("Rename the branch"),
@@ -221,7 +219,7 @@ impl Session {
     pub(super) fn undo_step(&mut self) -> Vec<Effect> {
         let now = self.document();
         match self.undo.undo(&now) {
-            Some(step) => self.restore(step, "Undid"),
+            Some(step) => self.restore(&step, "Undid"),
             None => Vec::new(),
         }
     }
@@ -229,14 +227,14 @@ impl Session {
     pub(super) fn redo_step(&mut self) -> Vec<Effect> {
         let now = self.document();
         match self.undo.redo(&now) {
-            Some(step) => self.restore(step, "Did again"),
+            Some(step) => self.restore(&step, "Did again"),
             None => Vec::new(),
         }
     }
 
-    fn restore(&mut self, Step { label, document }: Step, how: &str) -> Vec<Effect> {
-        self.messages.push(Level::Note, format!("{how}: {label}"), "");
-        self.take_document(document)
+    fn restore(&mut self, step: &Step, how: &str) -> Vec<Effect> {
+        self.messages.push(Level::Note, format!("{how}: {}", step.label), "");
+        self.take_document(step.document.clone())
     }
 
     /// Makes a document the present one; what the worker does is stopped.

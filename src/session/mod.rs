@@ -30,6 +30,7 @@ pub mod selection;
 pub mod timeline;
 pub mod undo;
 pub mod view;
+pub mod workspace;
 
 #[cfg(test)]
 mod tests;
@@ -82,13 +83,13 @@ pub struct Session {
     pub scene: SceneFromInput,
     /// Ids of the selected primitives.
     pub selection: BTreeSet<u32>,
-    /// Indices of the selected samples, ascending.
-    pub selected_points: Arc<[u32]>,
     /// Ids of the primitives that are not shown.
     pub hidden: BTreeSet<u32>,
     pub messages: Messages,
     /// What the last merge came to.
     pub merge_text: Option<String>,
+    /// Indices of the selected samples, ascending.
+    pub selected_points: Arc<[u32]>,
     /// The sample whose odds are shown.
     pub explained: Option<u32>,
     /// Runs with other seeds.
@@ -129,10 +130,10 @@ impl Session {
             camera_jumps: 0,
             scene: SceneFromInput::fit(&[], UpAxis::Y),
             selection: BTreeSet::new(),
-            selected_points: Arc::default(),
             hidden: BTreeSet::new(),
             messages: Messages::default(),
             merge_text: None,
+            selected_points: Arc::default(),
             explained: None,
             seeds: Seeds::default(),
             proposal: None,

@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use nalgebra::Point3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::scene::SceneFromInput;
 use crate::geometry::kernel::{PointBlock, euclidean_distances};
@@ -22,7 +23,8 @@ pub enum Unit {
 }
 
 /// The number that gets the last colour.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Top {
     /// One that all but 5 % stay below.
     #[default]

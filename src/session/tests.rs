@@ -5,9 +5,12 @@ use nalgebra::Point3;
 
 use super::*;
 use crate::geometry::{SampleCloud, Superquadric};
-use crate::inference::{Abstraction, Figures, MergeReport, Method};
+use crate::inference::Checkpoint;
+use crate::inference::{Abstraction, Figures, MergeReport, Method, Occurrence, checkpoint};
 use crate::io::{PointCloud, Shape, ShapeGeometry};
+use crate::worker::{Cause, Event};
 
+mod hand;
 mod live;
 
 fn loaded() -> Arc<LoadedShape> {
@@ -40,10 +43,26 @@ fn snapshot(ids: &[u32], phase: Phase, iteration: u32, occurrences: Vec<Occurren
     };
     let params = Params::default();
     let elapsed = Duration::ZERO;
+    let checkpoint = Arc::new(Checkpoint {
+        params,
+        phase,
+        iteration,
+        clusters: Vec::new(),
+        labels: Vec::new(),
+        frozen: Vec::new(),
+        pinned: Vec::new(),
+        next_id: 0,
+        next_revision: 0,
+        unions: Vec::new(),
+        work: checkpoint::Work::Sampler,
+    });
     Event::Snapshot(Arc::new(Snapshot {
+        key: Snapshot::new_key(),
         generation: 1,
         run: 1,
         abstraction,
+        checkpoint,
+        cause: if phase == Phase::Start { Cause::Start } else { Cause::Step },
         params,
         start: params,
         occurrences,
@@ -141,9 +160,10 @@ fn buttons_are_enabled_only_when_they_do_something() {
     // A disabled verb does nothing, however it is asked for.
     assert!(session.apply(Action::Verb(Verb::StepIteration)).is_empty());
     session.absorb(Event::MergeStep(None));
-    assert!(!session.is_enabled(Verb::StepMerge), "none is left");
+    assert!(!session.is_enabled(Verb::MergeAll), "none is left");
+    assert!(session.is_enabled(Verb::StepMerge), "those that the rule refuses can still be looked at");
     session.apply(Action::SetParams(Params::paper()));
-    assert!(session.is_enabled(Verb::StepMerge), "another rule may find a pair");
+    assert!(session.is_enabled(Verb::MergeAll), "another rule may find a pair");
 }
 
 #[test]
@@ -166,10 +186,10 @@ fn the_history_holds_all_states_of_one_run() {
     for i in 1..=4 {
         session.absorb(snapshot(&[1], Phase::Sampling, i, vec![]));
     }
-    assert_eq!(session.history.entries().len(), 5);
+    assert_eq!(session.timeline.states().len(), 5);
     let Event::Snapshot(first) = snapshot(&[1, 2], Phase::Start, 0, vec![]) else { unreachable!() };
     session.absorb(Event::Snapshot(Arc::new(Snapshot { run: 2, ..(*first).clone() })));
-    assert_eq!(session.history.entries().len(), 1, "a reset starts a new history");
+    assert_eq!(session.timeline.states().len(), 1, "a reset starts a new history");
 }
 
 #[test]

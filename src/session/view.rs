@@ -1,9 +1,12 @@
 //! How the shape is shown.
 
+use serde::{Deserialize, Serialize};
+
 use super::scalar::Top;
 
 /// What can be shown or hidden as a whole.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Layer {
     Input,
     Points,
@@ -25,7 +28,8 @@ impl Layer {
 }
 
 /// How primitives are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum SurfaceStyle {
     Solid,
     #[default]
@@ -46,7 +50,8 @@ impl SurfaceStyle {
 }
 
 /// What a drag with the left button does in the viewport.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Tool {
     /// Orbits; a click selects.
     #[default]
@@ -62,7 +67,8 @@ impl Tool {
 }
 
 /// What clicks, boxes and lassos select.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Picks {
     #[default]
     Primitives,
@@ -70,7 +76,8 @@ pub enum Picks {
 }
 
 /// What the colour of a point tells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum ColorBy {
     /// The primitive that the point belongs to.
     #[default]
@@ -145,7 +152,8 @@ impl ColorBy {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum ThemeChoice {
     #[default]
     System,
@@ -158,8 +166,10 @@ impl ThemeChoice {
 }
 
 /// Settings of the viewport and the window.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct View {
+    #[serde(with = "by_name")]
     layers: [bool; Layer::ALL.len()],
     pub surface_style: SurfaceStyle,
     /// Diameter of a point in logical pixels.
@@ -190,6 +200,19 @@ impl View {
     /// Limits of `uncertainty_window`.
     pub const UNCERTAINTY_WINDOW: (u32, u32) = (2, 200);
 
+    /// Whether all numbers are within their limits.
+    pub fn is_sound(&self) -> bool {
+        let (least, most) = Self::UNCERTAINTY_WINDOW;
+        (Self::POINT_SIZE.0..=Self::POINT_SIZE.1).contains(&self.point_size)
+            && (least..=most).contains(&self.uncertainty_window)
+    }
+
+    /// How the shape is shown as here, the window itself as in `other`.
+    pub(super) fn in_window_of(self, other: &Self) -> Self {
+        let Self { theme, shows_odds, shows_seeds, shows_log, shows_shortcuts, shows_about, .. } = *other;
+        Self { theme, shows_odds, shows_seeds, shows_log, shows_shortcuts, shows_about, ..self }
+    }
+
     pub fn shows(&self, layer: Layer) -> bool {
         self.layers[layer as usize]
     }
@@ -219,5 +242,26 @@ impl Default for View {
             shows_shortcuts: false,
             shows_about: false,
         }
+    }
+}
+
+/// Layers in files: whoever adds one can still read what was written before.
+mod by_name {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::{Layer, View};
+
+    type Layers = [bool; Layer::ALL.len()];
+
+    pub(super) fn serialize<S: Serializer>(layers: &Layers, serializer: S) -> Result<S::Ok, S::Error> {
+        Layer::ALL.map(|layer| (layer, layers[layer as usize])).as_slice().serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Layers, D::Error> {
+        let mut layers = View::default().layers;
+        for (layer, shown) in Vec::<(Layer, bool)>::deserialize(deserializer)? {
+            layers[layer as usize] = shown;
+        }
+        Ok(layers)
     }
 }

@@ -6,6 +6,7 @@ use std::time::Duration;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
+use crate::inference::Edit;
 use crate::session::Session;
 use crate::session::action::Action;
 
@@ -58,6 +59,8 @@ pub struct Interface {
     /// without a movement since.
     turned_at: f64,
     still_frames: u32,
+    /// Something is being dragged whose changes are one step for undo.
+    is_in_gesture: bool,
 }
 
 impl Interface {
@@ -74,6 +77,7 @@ impl Interface {
             overlays: Overlays::default(),
             turned_at: 0.0,
             still_frames: 0,
+            is_in_gesture: false,
         }
     }
 
@@ -120,7 +124,24 @@ impl Interface {
         self.overlays.show(&ctx, session, area.inner, &mut actions);
         self.dialogs.show(&ctx, &mut actions);
         self.watch_hand(&ctx, session, &mut actions);
+        self.watch_gesture(&ctx, &mut actions);
         actions
+    }
+
+    /// Tells when a gesture ends: what the pointer drags until it lets go, what
+    /// the keyboard changes at once.
+    fn watch_gesture(&mut self, ctx: &Context, actions: &mut Vec<Action>) {
+        let is_part = |action: &Action| {
+            matches!(
+                action,
+                Action::SetParams(_) | Action::SetSampling(_) | Action::Edit(Edit::SetShape { .. })
+            )
+        };
+        self.is_in_gesture |= actions.iter().any(is_part);
+        if self.is_in_gesture && !ctx.input(|i| i.pointer.any_down()) {
+            self.is_in_gesture = false;
+            actions.push(Action::EndGesture);
+        }
     }
 
     /// Tells when the hand that turns a slider comes to rest.

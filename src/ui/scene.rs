@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::coloring::{Coloring, Numbers, Told};
 use crate::geometry::Superquadric;
-use crate::geometry::palette::{Colors, color_of};
+use crate::geometry::palette::Colors;
 use crate::inference::Primitive;
 use crate::io::ShapeGeometry;
 use crate::render::colormap::viridis;
@@ -27,7 +27,7 @@ use crate::worker::{Activity, LoadedShape, Snapshot};
 const QUICK_POINTS: usize = 200_000;
 
 /// One state of a shape, as it is to be seen: what a viewport is given.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 pub(super) struct SceneView<'a> {
     pub(super) loaded: Option<&'a Arc<LoadedShape>>,
     pub(super) snapshot: Option<&'a Arc<Snapshot>>,
@@ -35,8 +35,8 @@ pub(super) struct SceneView<'a> {
     pub(super) history: &'a [Arc<Snapshot>],
     /// Runs with other seeds.
     pub(super) seeds: Option<&'a Seeds>,
-    /// Of its primitives; those of the palette where there are none.
-    pub(super) colors: Option<&'a Arc<Colors>>,
+    /// Of primitives.
+    pub(super) colors: Arc<Colors>,
     pub(super) scene: &'a SceneFromInput,
     pub(super) camera: &'a Camera,
     /// A camera whose number changed has jumped, and may be eased.
@@ -54,9 +54,9 @@ pub(super) struct SceneView<'a> {
     pub(super) surface_scalar: Option<&'a Arc<SurfaceScalar>>,
     /// Ids of primitives that something is told about, such as a pair that may
     /// be merged.
-    pub(super) lit: &'a [u32],
+    pub(super) lit: Vec<u32>,
     /// What is not there yet, in input units.
-    pub(super) ghosts: &'a [Superquadric],
+    pub(super) ghosts: Vec<Superquadric>,
     /// The sample that is being explained.
     pub(super) marked: Option<u32>,
     pub(super) is_loading: bool,
@@ -70,7 +70,7 @@ impl<'a> SceneView<'a> {
             snapshot: session.snapshot.as_ref(),
             history: session.timeline.history(),
             seeds: Some(&session.seeds),
-            colors: session.timeline.current().map(|branch| &branch.colors),
+            colors: session.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default(),
             scene: &session.scene,
             camera: &session.camera,
             camera_jumps: session.camera_jumps,
@@ -80,16 +80,11 @@ impl<'a> SceneView<'a> {
             hidden: &session.hidden,
             scalar: None,
             surface_scalar: None,
-            lit: &[],
-            ghosts: &[],
+            lit: session.proposal.iter().flat_map(|p| [p.pair.0, p.pair.1]).collect(),
+            ghosts: session.proposal.iter().map(|p| p.union).collect(),
             marked: session.explained.filter(|_| session.view.shows_odds),
             is_loading: session.activity == Activity::Loading,
         }
-    }
-
-    /// The sRGB colour of a primitive.
-    pub(super) fn color_of(&self, id: u32) -> [u8; 3] {
-        self.colors.map_or_else(|| color_of(id), |colors| colors.of(id))
     }
 
     pub(super) fn primitives(&self) -> &'a [Primitive] {
@@ -138,10 +133,10 @@ struct Made {
     shape: Option<Arc<LoadedShape>>,
     transform: Option<SceneFromInput>,
     snapshot: Option<Arc<Snapshot>>,
-    colors: Option<Arc<Colors>>,
     hidden: BTreeSet<u32>,
     selection: BTreeSet<u32>,
     selected_points: Arc<[u32]>,
+    colors: Arc<Colors>,
     color_by: ColorBy,
     scalar: Option<Arc<Scalar>>,
     surface_scalar: Option<Arc<SurfaceScalar>>,
@@ -188,10 +183,10 @@ impl Scene {
         }
         let same_transform = self.made.transform.as_ref() == Some(view.scene);
         let same_shape = same(self.made.shape.as_ref(), view.loaded) && same_transform;
-        let same_snapshot = same(self.made.snapshot.as_ref(), view.snapshot)
-            && same(self.made.colors.as_ref(), view.colors)
-            && same_shape;
-        let same_hidden = self.made.hidden == *view.hidden;
+        let same_snapshot = same(self.made.snapshot.as_ref(), view.snapshot) && same_shape;
+        let same_colors = Arc::ptr_eq(&self.made.colors, &view.colors) || self.made.colors == view.colors;
+        // Both go into points and primitives.
+        let same_hidden = self.made.hidden == *view.hidden && same_colors;
         let same_paint = self.made.color_by == view.view.color_by
             && same(self.made.scalar.as_ref(), scalar.as_ref())
             && Arc::ptr_eq(&self.made.selected_points, view.selected_points);
@@ -220,15 +215,15 @@ impl Scene {
             shape: view.loaded.cloned(),
             transform: Some(*view.scene),
             snapshot: view.snapshot.cloned(),
-            colors: view.colors.cloned(),
             hidden: view.hidden.clone(),
             selection: view.selection.clone(),
             selected_points: Arc::clone(view.selected_points),
+            colors: Arc::clone(&view.colors),
             color_by: view.view.color_by,
             scalar,
             surface_scalar,
-            lit: view.lit.to_vec(),
-            ghosts: view.ghosts.to_vec(),
+            lit: view.lit.clone(),
+            ghosts: view.ghosts.clone(),
             hovered,
         };
     }
@@ -255,13 +250,12 @@ impl Scene {
         let Some(loaded) = view.loaded else { return self.colors.set(Vec::new()) };
         // Before the first state nothing is labelled.
         let labels = view.snapshot.map_or(&[][..], |s| &s.abstraction.labels);
-        let plain = Colors::default();
         let paint = match (scalar, view.view.color_by) {
             (Some(scalar), _) => Paint::Scalar(scalar, viridis),
             (None, ColorBy::Input) => Paint::Input,
             (None, ColorBy::Plain | ColorBy::SurfaceDistance) => Paint::Plain,
             // Or numbers that are not there yet.
-            (None, _) => Paint::Clusters(view.colors.map_or(&plain, Arc::as_ref)),
+            (None, _) => Paint::Clusters(&view.colors),
         };
         self.colors.set(shown_colors(loaded, labels, view.hidden, view.selected_points, paint));
     }
@@ -273,7 +267,7 @@ impl Scene {
             PrimitiveInstance {
                 id,
                 shape: view.scene.shape(&primitive.shape),
-                color: opaque(view.color_of(id)),
+                color: opaque(view.colors.of(id)),
                 visible: !view.hidden.contains(&id),
                 highlight: if view.lit.contains(&id) {
                     Highlight::Lit
@@ -287,7 +281,7 @@ impl Scene {
                 ghost: false,
             }
         });
-        let ghosts = (0..).zip(view.ghosts).map(|(id, shape)| PrimitiveInstance {
+        let ghosts = (0..).zip(&view.ghosts).map(|(id, shape)| PrimitiveInstance {
             id,
             shape: view.scene.shape(shape),
             color: [255; 4],

@@ -9,7 +9,8 @@ use super::machine::Machine;
 use super::*;
 use crate::geometry::SampleCloud;
 use crate::inference::{
-    Abstraction, Cancel, Figures, InferenceError, MergeReport, Occurrence, Params, Phase, UNASSIGNED,
+    Abstraction, Cancel, Checkpoint, Edit, Figures, InferenceError, MergeProposal, MergeReport, Occurrence,
+    Params, Phase, UNASSIGNED, checkpoint,
 };
 
 mod renewing;
@@ -46,6 +47,49 @@ impl Machine for Scripted {
     }
     fn restarted(&self, params: Params, _: &Cancel) -> Result<Self, InferenceError> {
         Ok(Self { points: self.points, params, iteration: 0, merges: 0 })
+    }
+    fn resumed(&self, checkpoint: &Checkpoint, cancel: &Cancel) -> Result<Self, InferenceError> {
+        let cloud = Arc::new(SampleCloud::from_points(&[]));
+        Ok(Self { points: self.points, ..Self::resume(cloud, checkpoint, cancel)? })
+    }
+    fn resume(cloud: Arc<SampleCloud>, checkpoint: &Checkpoint, _: &Cancel) -> Result<Self, InferenceError> {
+        let Checkpoint { params, iteration, next_id, .. } = *checkpoint;
+        Ok(Self { points: cloud.points.len(), params, iteration, merges: next_id })
+    }
+    fn checkpoint(&self) -> Checkpoint {
+        Checkpoint {
+            params: self.params,
+            phase: Phase::Sampling,
+            iteration: self.iteration,
+            clusters: Vec::new(),
+            labels: Vec::new(),
+            frozen: Vec::new(),
+            pinned: Vec::new(),
+            next_id: self.merges,
+            next_revision: 0,
+            unions: Vec::new(),
+            work: checkpoint::Work::Sampler,
+        }
+    }
+    /// Any edit is one more merge; that of primitive 0 is refused.
+    fn edit(&mut self, edit: &Edit, _: &Cancel) -> Result<Vec<Occurrence>, InferenceError> {
+        if *edit == (Edit::Refit { id: 0 }) {
+            return Err(InferenceError::Params("there is no primitive 0".to_owned()));
+        }
+        self.merges += 1;
+        Ok(vec![Occurrence::Died { id: 100 }])
+    }
+    fn extend(&mut self, iterations: u32) -> Result<(), InferenceError> {
+        self.params.iterations = self.iteration + iterations;
+        Ok(())
+    }
+    fn propose_merge(
+        &mut self,
+        _: Option<(u32, u32)>,
+        _: &[(u32, u32)],
+        _: &Cancel,
+    ) -> Result<Option<MergeProposal>, InferenceError> {
+        Ok(None)
     }
     fn params(&self) -> Params {
         self.params
@@ -258,17 +302,113 @@ fn parameters_reach_a_run_that_goes_on() {
 fn merges_are_stepped_one_by_one_or_to_the_end() {
     let mut worker = worker();
     load(&mut worker, WELL_BEHAVED);
-    worker.send(Command::StepMerge);
+    worker.send(an_edit());
     let step = until_idle(&mut worker);
-    assert!(step.iter().any(|e| matches!(e, Event::MergeStep(Some(report)) if report.merged == (1, 9))));
+    assert!(step.iter().any(|e| matches!(e, Event::Snapshot(s) if s.cause == Cause::Edit)));
     worker.send(Command::MergeAll);
     let all = until_idle(&mut worker);
     assert_eq!(iterations(&all).len() as u32, MERGES_LEFT - 1);
     assert!(all.iter().any(|e| matches!(e, Event::MergeStep(Some(report)) if report.merged == (3, 9))));
     assert!(all.iter().any(|e| matches!(e, Event::MergeStep(None))), "it ends by saying that none is left");
-    worker.send(Command::StepMerge);
+    worker.send(Command::MergeAll);
     let none = until_idle(&mut worker);
     assert!(none.iter().any(|e| matches!(e, Event::MergeStep(None))), "{none:?}");
+    worker.send(Command::ProposeMerge { of: None, skipped: Vec::new() });
+    let none = until_idle(&mut worker);
+    assert!(none.iter().any(|e| matches!(e, Event::Proposed(None))), "{none:?}");
+}
+
+fn open_gate(seed: u64) {
+    GATES[seed as usize].store(true, Ordering::SeqCst);
+}
+
+/// Any change that the scripted machine takes.
+fn an_edit() -> Command {
+    Command::Edit(Edit::Refit { id: 1 })
+}
+
+fn states(events: &[Event]) -> Vec<Arc<Snapshot>> {
+    events
+        .iter()
+        .filter_map(|event| match event {
+            Event::Snapshot(state) => Some(Arc::clone(state)),
+            _ => None,
+        })
+        .collect()
+}
+
+fn shape_of(events: &[Event]) -> Arc<LoadedShape> {
+    let loaded = events.iter().find_map(|e| match e {
+        Event::Loaded(loaded) => Some(Arc::clone(loaded)),
+        _ => None,
+    });
+    loaded.expect("a shape")
+}
+
+#[test]
+fn a_run_goes_on_from_any_state_that_was_told() {
+    let mut worker = worker();
+    let loaded = shape_of(&load(&mut worker, WELL_BEHAVED));
+    worker.send(Command::Run);
+    let run = states(&until_idle(&mut worker));
+    let state = State { loaded: Arc::clone(&loaded), snapshot: Arc::clone(&run[9]) };
+    worker.send(Command::Resume(state.clone()));
+    assert_eq!(iterations(&until_idle(&mut worker)), [0; 0], "the owner has that state already");
+    worker.send(Command::StepIteration);
+    assert_eq!(iterations(&until_idle(&mut worker)), [11]);
+    // Also when another shape has been opened since.
+    let other = shape_of(&load(&mut worker, WELL_BEHAVED));
+    assert!(!Arc::ptr_eq(&other, &loaded));
+    worker.send(Command::Resume(state));
+    until_idle(&mut worker);
+    worker.send(Command::StepIteration);
+    let events = until_idle(&mut worker);
+    assert_eq!(iterations(&events), [11]);
+    assert_eq!(states(&events)[0].generation, loaded.generation);
+    // A finished run with more to do.
+    worker.send(Command::Run);
+    assert_eq!(iterations(&until_idle(&mut worker)).last(), Some(&30));
+    worker.send(Command::Extend(3));
+    assert_eq!(iterations(&until_idle(&mut worker)), [31, 32, 33]);
+}
+
+#[test]
+fn a_state_that_was_given_up_is_never_heard_of_again() {
+    let seed = STALLS_AT_THIRD + 8;
+    let mut worker = worker();
+    let events = load(&mut worker, seed);
+    let state = State { loaded: shape_of(&events), snapshot: states(&events).remove(0) };
+    worker.send(Command::Run);
+    wait_for_stall(seed);
+    // Two steps wait in the channel, the third is in the making.
+    worker.send(Command::Resume(state));
+    let events = until_idle(&mut worker);
+    assert!(matches!(events[..], [Event::Activity(Activity::Idle)]), "{events:?}");
+    worker.send(Command::StepIteration);
+    assert_eq!(iterations(&until_idle(&mut worker)), [1]);
+}
+
+#[test]
+fn an_edit_in_the_middle_of_a_run_is_one_more_state() {
+    let seed = WAITS_AT_THIRD + 2;
+    let mut worker = worker();
+    load(&mut worker, seed);
+    worker.send(Command::Run);
+    wait_for_stall(seed);
+    worker.send(an_edit());
+    open_gate(seed);
+    let events = until_idle(&mut worker);
+    assert_eq!(failures(&events), 0);
+    let states = states(&events);
+    let edits: Vec<u32> =
+        states.iter().filter(|s| s.cause == Cause::Edit).map(|s| s.abstraction.iteration).collect();
+    assert_eq!(edits, [3], "the step that was under way was made");
+    assert_eq!(states.last().map(|s| s.abstraction.iteration), Some(30), "and the run went on");
+    assert_eq!(states.last().map(|s| s.abstraction.figures.clusters), Some(1), "from there");
+    // What is refused changes nothing, and says so.
+    worker.send(Command::Edit(Edit::Refit { id: 0 }));
+    let events = until_idle(&mut worker);
+    assert_eq!((failures(&events), iterations(&events)), (1, vec![]));
 }
 
 #[test]
@@ -289,7 +429,8 @@ fn a_pace_does_not_hold_back_a_pause() {
 #[test]
 fn nothing_is_run_without_a_shape() {
     let mut worker = worker();
-    for command in [Command::Run, Command::StepMerge, Command::Reset, Command::ExportCloud(PathBuf::new())] {
+    let proposal = Command::ProposeMerge { of: None, skipped: Vec::new() };
+    for command in [Command::Run, Command::MergeAll, Command::Reset, an_edit(), proposal] {
         worker.send(command);
         assert_eq!(failures(&until_idle(&mut worker)), 1);
     }

@@ -104,15 +104,15 @@ impl Thumbnails {
         let scene = SceneView {
             loaded: Some(loaded).filter(|l| l.cloud.points.len() <= MOST_POINTS),
             snapshot: Some(last),
-            colors: Some(&result.run.colors),
+            colors: Arc::clone(&result.run.colors),
             view: &view,
             selection: &none,
             selected_points: &Arc::default(),
             hidden: &none,
             scalar: None,
             surface_scalar: None,
-            lit: &[],
-            ghosts: &[],
+            lit: Vec::new(),
+            ghosts: Vec::new(),
             marked: None,
             ..SceneView::of(session)
         };

@@ -91,7 +91,7 @@ fn surface_style(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
 
 /// What is shown at all.
 fn shown(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
-    let menu = ui.menu_button("Show ⏷", |ui| {
+    let menu = ui.menu_button("Show", |ui| {
         for layer in Layer::ALL {
             let mut on = session.view.shows(layer);
             if ui.checkbox(&mut on, layer.text()).clicked() {

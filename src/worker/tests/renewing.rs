@@ -27,10 +27,6 @@ fn finished(events: &[Event]) -> Vec<f64> {
     results(events).iter().map(|r| r.setup.params.alpha).collect()
 }
 
-fn open_gate(seed: u64) {
-    GATES[seed as usize].store(true, Ordering::SeqCst);
-}
-
 #[test]
 fn a_renewed_run_comes_whole_and_in_one_piece() {
     let mut worker = worker();
@@ -53,7 +49,7 @@ fn a_renewed_run_comes_whole_and_in_one_piece() {
         assert_eq!((state.params, state.start), (asked.params, asked.params));
     }
     // It is the present run: Run would start over, a merge goes on from it.
-    worker.send(Command::StepMerge);
+    worker.send(an_edit());
     let merged = until_idle(&mut worker);
     assert_eq!(iterations(&merged), [30]);
 }
@@ -128,7 +124,7 @@ fn a_renewal_that_is_stopped_leaves_the_last_result() {
     worker.send(Command::Pause);
     let events = until_idle(&mut worker);
     assert_eq!((finished(&events), iterations(&events)), (vec![], vec![]));
-    worker.send(Command::StepMerge);
+    worker.send(an_edit());
     let events = until_idle(&mut worker);
     let Some(Event::Snapshot(state)) = events.iter().find(|e| matches!(e, Event::Snapshot(_))) else {
         panic!("no state")
@@ -168,11 +164,11 @@ fn what_needs_a_result_waits_for_it() {
     load(&mut worker, WELL_BEHAVED);
     renew(&mut worker, setup(seed, 1.0), false);
     wait_for_stall(seed);
-    worker.send(Command::StepMerge);
+    worker.send(an_edit());
     // Behind it in the channel, and yet first.
     renew(&mut worker, setup(WELL_BEHAVED, 2.0), false);
     open_gate(seed);
-    let events = until(&mut worker, |e| matches!(e, Event::MergeStep(_)));
+    let events = until(&mut worker, |e| matches!(e, Event::Snapshot(_)));
     assert_eq!(finished(&events), [1.0, 2.0]);
     assert_eq!(iterations(&events), [30], "the merge was made on the newest result");
 }
