@@ -30,6 +30,7 @@ pub use protocol::{
     Activity, Cause, Command, Event, LoadedShape, Measurement, Pace, Renewed, SamplingOptions, SeedNews,
     SeedRequest, SeedRun, Setup, Snapshot, Source, State,
 };
+pub use trouble::FAULT;
 
 /// Commands that may wait for a busy worker before they wait at the sender.
 const COMMAND_CAPACITY: usize = 64;
