@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Point3, Vector2};
 
+use super::keeping::{Opening, PartingAnswer};
 use super::messages::Message;
 use super::scalar::Top;
 use super::scene::UpAxis;
@@ -34,6 +35,16 @@ pub enum Action {
     OpenLink(&'static str),
     Export(Export, PathBuf),
     SaveScreenshot(PathBuf),
+    /// Writes the session to a file.
+    SaveSession(PathBuf),
+    OpenSession(Opening),
+    /// Deletes what was left behind, by its id.
+    DiscardFound(u64),
+    /// Leaves what was left behind for the next start.
+    PutOffFound,
+    AnswerParting(PartingAnswer),
+    /// As the dialog that asked for the path was set.
+    SavePicture(PictureKind, PathBuf),
     SetParams(Params),
     /// Takes the parameters of a method; the seed stays.
     SetMethod(Method),
@@ -115,6 +126,14 @@ pub enum Action {
     },
     /// Something outside the session went well.
     Note(String),
+}
+
+/// Pictures of the 3D view alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PictureKind {
+    Still,
+    /// Many, once around the shape.
+    Turntable,
 }
 
 /// What can be written to a file.
@@ -243,14 +262,22 @@ macro_rules! verbs {
 }
 
 verbs! {
-    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, XYZ)";
+    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, XYZ), or a session";
     OpenBuiltIn: File, None, "Open built-in shape", "Open the shape that comes with the program";
+    SaveSession: File, ctrl('S'), "Save session",
+        "Write all of this to one file: shape, parameters, every state and branch, undo history and view";
+    SaveSessionAs: File, ctrl_shift('S'), "Save session as…", "Write the session to another file, and go on in that";
+    ReopenLast: File, None, "Reopen last session", "Open what was unsaved when the window was closed last";
     ExportCloud: File, ctrl('E'), "Export segmented cloud…",
         "Write every input point with its label and colour, in input order (PLY)";
     ExportPrimitives: File, ctrl_shift('E'), "Export primitives…",
         "Write the parameters of all primitives in input units (JSON)";
     SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save what the window shows (PNG)";
     ClearRecent: File, None, "Forget recent files", "Empty the list of files that were open before";
+    SavePicture: File, shift(Key::Function(12)), "Save picture…",
+        "Save the 3D view alone, at any size and also without a background (PNG)";
+    SaveTurntable: File, None, "Save turntable…",
+        "Save the 3D view once around the shape, as a GIF or as numbered PNG pictures";
     Quit: File, ctrl('Q'), "Quit", "Close the window";
 
     Undo: Edit, ctrl('Z'), "Undo", "Take back the last change, whatever it was";

@@ -4,7 +4,9 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::action::PictureKind;
 use super::camera::{AxisView, Bounds, Camera};
+use super::keeping::{Opening, Parting};
 use super::messages::Level;
 use super::scalar::Top;
 use super::scene::SceneFromInput;
@@ -41,6 +43,14 @@ impl Session {
     fn carry_out(&mut self, action: Action) -> Vec<Effect> {
         match action {
             Action::Verb(verb) => return self.apply_verb(verb),
+            Action::SaveSession(path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return vec![Effect::SaveSession(path)];
+            }
+            Action::OpenSession(opening) => return self.leave(Parting::Open(opening)),
+            Action::DiscardFound(id) => return vec![self.discard_found(id)],
+            Action::PutOffFound => self.put_off_found(),
+            Action::AnswerParting(answer) => return self.answer_parting(answer),
             Action::FromList(name, action) => {
                 self.window.remember_command(&name);
                 return self.apply(*action);
@@ -74,6 +84,10 @@ impl Session {
             Action::SaveScreenshot(path) => {
                 self.window.save_folder = path.parent().map(PathBuf::from);
                 return vec![Effect::SaveScreenshot(path)];
+            }
+            Action::SavePicture(kind, path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return vec![Effect::SavePicture(kind, path)];
             }
             Action::SetParams(params) => return self.take_setup(params, self.sampling),
             Action::SetMethod(method) => {
@@ -151,7 +165,12 @@ impl Session {
             Verb::ExportCloud => return vec![Effect::AskForExport(Export::Cloud)],
             Verb::ExportPrimitives => return vec![Effect::AskForExport(Export::Primitives)],
             Verb::SaveScreenshot => return vec![Effect::AskForScreenshot],
-            Verb::Quit => return vec![Effect::Quit],
+            Verb::SaveSession => return vec![self.save_session()],
+            Verb::SaveSessionAs => return vec![self.save_session_as()],
+            Verb::ReopenLast => return self.leave(Parting::Open(Opening::Last)),
+            Verb::Quit => return self.leave(Parting::Quit),
+            Verb::SavePicture => return vec![Effect::AskForPicture(PictureKind::Still)],
+            Verb::SaveTurntable => return vec![Effect::AskForPicture(PictureKind::Turntable)],
             Verb::Run => return self.work(Command::Run, Activity::Running),
             Verb::Pause => {
                 self.run_when_loaded = false;

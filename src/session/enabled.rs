@@ -19,6 +19,8 @@ impl Session {
             Verb::ExportCloud | Verb::ExportPrimitives => {
                 self.snapshot.is_some() && self.activity != Activity::Writing
             }
+            Verb::SaveSession | Verb::SaveSessionAs => loaded,
+            Verb::ReopenLast => self.keeping.has_last(),
             Verb::Run => loaded && idle,
             Verb::Pause => self.is_running() || self.activity == Activity::Loading,
             Verb::StepIteration => loaded && idle && self.phase() != Some(Phase::Finished),
@@ -57,7 +59,7 @@ impl Session {
             Verb::ReleasePoints => {
                 can_edit && self.snapshot.as_ref().is_some_and(|s| !s.abstraction.pinned.is_empty())
             }
-            Verb::FrameAll => loaded,
+            Verb::FrameAll | Verb::SavePicture | Verb::SaveTurntable => loaded,
             Verb::RunSeeds => self.snapshot.is_some() && self.activity != Activity::Loading,
             Verb::StopSeeds => self.seeds.is_running(),
             Verb::ShowSeeds => loaded,

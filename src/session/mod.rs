@@ -20,7 +20,9 @@ mod apply;
 pub mod camera;
 pub mod document;
 mod enabled;
+pub mod gizmo;
 mod hand;
+pub mod keeping;
 pub mod live;
 pub mod messages;
 pub mod preferences;
@@ -42,6 +44,7 @@ mod tests;
 pub use action::{Action, Export, Verb};
 use camera::Camera;
 use document::Document;
+use keeping::{Keeping, Opening};
 use live::Live;
 use messages::Messages;
 use scene::{SceneFromInput, UpAxis};
@@ -64,6 +67,13 @@ pub enum Effect {
     AskForExport(Export),
     AskForScreenshot,
     SaveScreenshot(PathBuf),
+    /// Ask where the session is to be saved.
+    AskForSession,
+    SaveSession(PathBuf),
+    /// Open a session in place of this one.
+    OpenSession(Opening),
+    /// Remove what was left behind, by its id.
+    DiscardFound(u64),
     /// Open the file if it is there, or say that it isn't.
     OpenIfThere(PathBuf),
     /// Show a file in the system's file manager.
@@ -71,6 +81,9 @@ pub enum Effect {
     OpenLink(&'static str),
     /// Bring the panels to the sizes of the first start.
     ResetLayout,
+    /// How the picture is to be taken, then where it is to go.
+    AskForPicture(action::PictureKind),
+    SavePicture(action::PictureKind, PathBuf),
     Quit,
 }
 
@@ -88,6 +101,7 @@ pub struct Session {
     pub pace: Pace,
     pub live: Live,
     pub activity: Activity,
+    pub keeping: Keeping,
     pub view: View,
     pub window: Window,
     pub camera: Camera,
@@ -138,6 +152,7 @@ impl Session {
             pace: DEFAULT_PACE,
             live: Live::default(),
             activity: Activity::Idle,
+            keeping: Keeping::default(),
             view: View::default(),
             window: Window::default(),
             camera: Camera::default(),

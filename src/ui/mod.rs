@@ -2,14 +2,14 @@
 //! draws a session and answers with what the person asked for; it changes
 //! nothing itself.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
 use crate::inference::Edit;
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::{Action, PictureKind, Verb};
 
 mod background;
 mod coloring;
@@ -20,12 +20,14 @@ mod errors;
 mod figures;
 mod fuzzy;
 mod help;
+mod keeping;
 mod keys;
 mod layout;
 mod log;
 mod menu;
 mod odds;
 mod overlays;
+mod pictures;
 mod primitives;
 mod priors;
 mod progress;
@@ -43,6 +45,7 @@ use layout::{Part, collapsible};
 use log::Log;
 use odds::OddsCard;
 use overlays::Overlays;
+use pictures::Pictures;
 use scene::SceneView;
 use seeds::SeedStrip;
 use viewport::{Studio, Viewport};
@@ -60,10 +63,9 @@ const STILL_FRAMES: u32 = 2;
 #[derive(Debug)]
 pub struct Interface {
     viewport: Viewport,
-    /// Draws what is not on screen, where there is something to draw with.
-    studio: Option<Studio>,
     odds: OddsCard,
     seeds: SeedStrip,
+    pictures: Pictures,
     dialogs: Dialogs,
     overlays: Overlays,
     log: Log,
@@ -83,9 +85,9 @@ impl Interface {
         theme::install(ctx);
         Self {
             viewport: Viewport::new(state, "3D view", true),
-            studio: state.map(Studio::new),
             odds: OddsCard::default(),
-            seeds: SeedStrip::default(),
+            seeds: SeedStrip::new(state.map(Studio::new)),
+            pictures: Pictures::new(state.map(Studio::new)),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
             log: Log::default(),
@@ -110,6 +112,26 @@ impl Interface {
     /// Brings the panels to these sizes.
     pub fn set_sizes(&mut self, sizes: Sizes) {
         self.sizes.replace(sizes);
+    }
+
+    /// Asks the person how a picture of the 3D view is to be taken.
+    pub fn ask_for_picture(&mut self, kind: PictureKind) {
+        self.pictures.ask(kind);
+    }
+
+    /// Takes the picture that was asked for; how it went comes as an action of a
+    /// later [`Interface::show`].
+    ///
+    /// # Errors
+    /// Where there is nothing to draw with.
+    pub fn save_picture(
+        &mut self,
+        ctx: &Context,
+        session: &Session,
+        kind: PictureKind,
+        path: PathBuf,
+    ) -> Result<(), String> {
+        self.pictures.begin(ctx, session, kind, &path)
     }
 
     /// Draws one frame.
@@ -162,7 +184,7 @@ impl Interface {
                 progress::show(ui, session);
             });
         });
-        self.seeds.show(ui, session, self.studio.as_mut(), &mut actions);
+        self.seeds.show(ui, session, &mut actions);
         let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 0.0;
             viewport::toolbar(ui, session, &mut actions);
@@ -172,6 +194,14 @@ impl Interface {
         });
         self.odds.show(&ctx, session, area.inner, &mut actions);
         self.overlays.show(&ctx, session, area.inner, &mut actions);
+        keeping::show(&ctx, session, &mut actions);
+        if let Some(kind) = self.pictures.show(&ctx, area.inner, &mut actions) {
+            let purpose = Purpose::Picture(kind, self.pictures.format());
+            let name = session.loaded.as_ref().map_or("superform", |l| l.shape.name.as_str());
+            let stem =
+                Path::new(name).file_stem().map_or_else(|| "superform".into(), |s| s.to_string_lossy());
+            self.dialogs.ask(&ctx, purpose, &stem, session.window.save_folder.as_deref());
+        }
         self.dialogs.show(&ctx, &mut actions);
         self.watch_hand(&ctx, session, &mut actions);
         self.watch_gesture(&ctx, &mut actions);

@@ -25,24 +25,24 @@ const TEXT: f32 = 50.0;
 const PICTURE: (f32, f32) = (60.0, 96.0);
 
 /// The strip along the viewport's lower edge.
-#[derive(Debug, Default)]
+#[derive(Debug)]
 pub(super) struct SeedStrip {
     thumbnails: Thumbnails,
+    /// Draws the pictures, where there is something to draw with.
+    studio: Option<Studio>,
 }
 
 impl SeedStrip {
+    pub(super) fn new(studio: Option<Studio>) -> Self {
+        Self { thumbnails: Thumbnails::default(), studio }
+    }
+
     /// Takes its place in a window's layout, where it is open.
-    pub(super) fn show(
-        &mut self,
-        ui: &mut Ui,
-        session: &Session,
-        studio: Option<&mut Studio>,
-        actions: &mut Vec<Action>,
-    ) {
+    pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         if !session.view.shows_seeds {
             return;
         }
-        if let Some(studio) = studio {
+        if let Some(studio) = &mut self.studio {
             self.thumbnails.advance(ui, session, studio);
         }
         let fill = ui.visuals().panel_fill;

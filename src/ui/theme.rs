@@ -67,7 +67,12 @@ impl Palette {
 
 /// The viewport's colours for the present theme.
 pub(super) fn scene(ui: &egui::Ui) -> SceneTheme {
-    if ui.visuals().dark_mode { SceneTheme::dark() } else { SceneTheme::light() }
+    scene_of(ui.visuals().dark_mode)
+}
+
+/// The viewport's colours for a theme.
+pub(super) fn scene_of(is_dark: bool) -> SceneTheme {
+    if is_dark { SceneTheme::dark() } else { SceneTheme::light() }
 }
 
 /// The colour of a primitive.
