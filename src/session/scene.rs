@@ -122,7 +122,7 @@ pub const SELECTED_ALPHA: u8 = 128;
 /// What the colours of points tell.
 #[derive(Debug, Clone, Copy)]
 pub enum Paint<'a> {
-    /// The primitive of each.
+    /// The primitive of each, in these colours.
     Clusters(&'a Colors),
     /// What the file says; grey where it says nothing.
     Input,
