@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use nalgebra::{Point3, Vector2};
 
+use super::keeping::{Opening, PartingAnswer};
 use super::messages::Message;
 use super::scene::UpAxis;
 use super::selection::Select;
@@ -32,6 +33,14 @@ pub enum Action {
     OpenLink(&'static str),
     Export(Export, PathBuf),
     SaveScreenshot(PathBuf),
+    /// Writes the session to a file.
+    SaveSession(PathBuf),
+    OpenSession(Opening),
+    /// Deletes what was left behind, by its id.
+    DiscardFound(u64),
+    /// Leaves what was left behind for the next start.
+    PutOffFound,
+    AnswerParting(PartingAnswer),
     SetParams(Params),
     /// Takes the parameters of a method; the seed stays.
     SetMethod(Method),
@@ -232,8 +241,12 @@ macro_rules! verbs {
 }
 
 verbs! {
-    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, XYZ)";
+    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, XYZ), or a session";
     OpenBuiltIn: File, None, "Open built-in shape", "Open the shape that comes with the program";
+    SaveSession: File, ctrl('S'), "Save session",
+        "Write all of this to one file: shape, parameters, every state and branch, undo history and view";
+    SaveSessionAs: File, ctrl_shift('S'), "Save session as…", "Write the session to another file, and go on in that";
+    ReopenLast: File, None, "Reopen last session", "Open what was unsaved when the window was closed last";
     ExportCloud: File, ctrl('E'), "Export segmented cloud…",
         "Write every input point with its label and colour, in input order (PLY)";
     ExportPrimitives: File, ctrl_shift('E'), "Export primitives…",

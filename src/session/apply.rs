@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::camera::{AxisView, Bounds, Camera};
+use super::keeping::{Opening, Parting};
 use super::messages::Level;
 use super::scene::SceneFromInput;
 use super::undo::Undoable;
@@ -40,6 +41,14 @@ impl Session {
     fn carry_out(&mut self, action: Action) -> Vec<Effect> {
         match action {
             Action::Verb(verb) => return self.apply_verb(verb),
+            Action::SaveSession(path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return vec![Effect::SaveSession(path)];
+            }
+            Action::OpenSession(opening) => return self.leave(Parting::Open(opening)),
+            Action::DiscardFound(id) => return vec![self.discard_found(id)],
+            Action::PutOffFound => self.put_off_found(),
+            Action::AnswerParting(answer) => return self.answer_parting(answer),
             Action::FromList(name, action) => {
                 self.window.remember_command(&name);
                 return self.apply(*action);
@@ -139,7 +148,10 @@ impl Session {
             Verb::ExportCloud => return vec![Effect::AskForExport(Export::Cloud)],
             Verb::ExportPrimitives => return vec![Effect::AskForExport(Export::Primitives)],
             Verb::SaveScreenshot => return vec![Effect::AskForScreenshot],
-            Verb::Quit => return vec![Effect::Quit],
+            Verb::SaveSession => return vec![self.save_session()],
+            Verb::SaveSessionAs => return vec![Effect::AskForSession],
+            Verb::ReopenLast => return self.leave(Parting::Open(Opening::Last)),
+            Verb::Quit => return self.leave(Parting::Quit),
             Verb::Run => return self.work(Command::Run, Activity::Running),
             Verb::Pause => {
                 self.run_when_loaded = false;

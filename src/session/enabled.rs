@@ -19,6 +19,8 @@ impl Session {
             Verb::ExportCloud | Verb::ExportPrimitives => {
                 self.snapshot.is_some() && self.activity != Activity::Writing
             }
+            Verb::SaveSession | Verb::SaveSessionAs => loaded,
+            Verb::ReopenLast => self.keeping.has_last(),
             Verb::Run => loaded && idle,
             Verb::Pause => self.is_running() || self.activity == Activity::Loading,
             Verb::StepIteration => loaded && idle && self.phase() != Some(Phase::Finished),

@@ -18,7 +18,9 @@ mod apply;
 pub mod camera;
 pub mod document;
 mod enabled;
+pub mod gizmo;
 mod hand;
+pub mod keeping;
 pub mod live;
 pub mod messages;
 pub mod preferences;
@@ -39,6 +41,7 @@ mod tests;
 pub use action::{Action, Export, Verb};
 use camera::Camera;
 use document::Document;
+use keeping::{Keeping, Opening};
 use live::Live;
 use messages::Messages;
 use scene::{SceneFromInput, UpAxis};
@@ -60,6 +63,13 @@ pub enum Effect {
     AskForExport(Export),
     AskForScreenshot,
     SaveScreenshot(PathBuf),
+    /// Ask where the session is to be saved.
+    AskForSession,
+    SaveSession(PathBuf),
+    /// Open a session in place of this one.
+    OpenSession(Opening),
+    /// Remove what was left behind, by its id.
+    DiscardFound(u64),
     /// Open the file if it is there, or say that it isn't.
     OpenIfThere(PathBuf),
     /// Show a file in the system's file manager.
@@ -84,6 +94,7 @@ pub struct Session {
     pub pace: Pace,
     pub live: Live,
     pub activity: Activity,
+    pub keeping: Keeping,
     pub view: View,
     pub window: Window,
     pub camera: Camera,
@@ -130,6 +141,7 @@ impl Session {
             pace: DEFAULT_PACE,
             live: Live::default(),
             activity: Activity::Idle,
+            keeping: Keeping::default(),
             view: View::default(),
             window: Window::default(),
             camera: Camera::default(),

@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 use std::pin::Pin;
+use std::sync::LazyLock;
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 use std::time::{Duration, Instant};
 
@@ -25,6 +26,7 @@ pub enum Purpose {
     Open,
     Export(Export),
     Screenshot,
+    Session,
 }
 
 impl Purpose {
@@ -34,6 +36,7 @@ impl Purpose {
             Self::Export(Export::Cloud) => "Export the segmented cloud",
             Self::Export(Export::Primitives) => "Export the primitives",
             Self::Screenshot => "Save a screenshot",
+            Self::Session => "Save the session",
         }
     }
 
@@ -44,10 +47,11 @@ impl Purpose {
     /// Name of the file kind and its extensions.
     fn filter(self) -> (&'static str, &'static [&'static str]) {
         match self {
-            Self::Open => ("Meshes and point clouds", io::SHAPE_ENDINGS),
+            Self::Open => ("Meshes, point clouds and sessions", openable()),
             Self::Export(Export::Cloud) => ("Segmented cloud", &["ply"]),
             Self::Export(Export::Primitives) => ("Primitives", &["json"]),
             Self::Screenshot => ("Picture", &["png"]),
+            Self::Session => ("Session", &[io::SESSION_ENDING]),
         }
     }
 
@@ -56,8 +60,28 @@ impl Purpose {
             Self::Open => Action::OpenFile(path),
             Self::Export(export) => Action::Export(export, path),
             Self::Screenshot => Action::SaveScreenshot(path),
+            Self::Session => Action::SaveSession(self.completed(path)),
         }
     }
+}
+
+impl Purpose {
+    /// The path with the ending that a session is told by.
+    fn completed(self, path: PathBuf) -> PathBuf {
+        if self != Self::Session || io::has_session_ending(&path) {
+            return path;
+        }
+        let mut name = path.into_os_string();
+        name.push(format!(".{}", io::SESSION_ENDING));
+        name.into()
+    }
+}
+
+/// Endings of all files that can be opened.
+fn openable() -> &'static [&'static str] {
+    static ENDINGS: LazyLock<Vec<&'static str>> =
+        LazyLock::new(|| [io::SHAPE_ENDINGS, &[io::SESSION_ENDING]].concat());
+    &ENDINGS
 }
 
 /// A dialog of the system that is open.
@@ -108,7 +132,7 @@ impl Prompt {
     /// The path was entered: what follows, or `None` where it has to be
     /// confirmed first.
     fn enter(&mut self) -> Option<Action> {
-        let path = expand(self.text.trim());
+        let path = self.purpose.completed(expand(self.text.trim()));
         if self.purpose != Purpose::Open && path.exists() && self.replaces.as_ref() != Some(&path) {
             self.replaces = Some(path);
             return None;
@@ -141,6 +165,7 @@ impl Dialogs {
             Purpose::Export(Export::Cloud) => format!("{name}-segmented.ply"),
             Purpose::Export(Export::Primitives) => format!("{name}-primitives.json"),
             Purpose::Screenshot => format!("{name}.png"),
+            Purpose::Session => format!("{name}.{}", io::SESSION_ENDING),
         };
         // What is typed starts in that folder.
         let typed = match (folder, purpose) {

@@ -17,6 +17,10 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             }
             ui.menu_button("Open recent", |ui| recent(ui, session, actions));
             ui.separator();
+            for verb in [Verb::SaveSession, Verb::SaveSessionAs, Verb::ReopenLast] {
+                menu_item(ui, session, verb, actions);
+            }
+            ui.separator();
             for verb in [Verb::ExportCloud, Verb::ExportPrimitives, Verb::SaveScreenshot] {
                 menu_item(ui, session, verb, actions);
             }

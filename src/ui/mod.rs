@@ -18,6 +18,7 @@ mod errors;
 mod figures;
 mod fuzzy;
 mod help;
+mod keeping;
 mod keys;
 mod layout;
 mod log;
@@ -159,6 +160,7 @@ impl Interface {
             rect
         });
         self.overlays.show(&ctx, session, area.inner, &mut actions);
+        keeping::show(&ctx, session, &mut actions);
         self.dialogs.show(&ctx, &mut actions);
         self.watch_hand(&ctx, session, &mut actions);
         self.watch_gesture(&ctx, &mut actions);
