@@ -42,7 +42,7 @@ use viewport::{Studio, Viewport};
 
 /// Below this width of the window, in logical pixels, there is room for one
 /// side panel only.
-const NARROW: f32 = 780.0;
+const NARROW: f32 = 860.0;
 
 /// A hand that holds a slider rests when nothing was moved for so many seconds
 /// and in so many frames: where frames are slow, some of a drag see no change.
@@ -147,7 +147,9 @@ impl Interface {
         let bottom = Panel::bottom("progress").resizable(false).frame(below);
         collapsible(ui, bottom, session, Verb::ToggleBottomPanel, &mut actions, |ui, _| {
             // In a low window it leaves most of the room to the view.
-            ScrollArea::vertical().max_height(0.4 * window.y).auto_shrink([false, true]).show(ui, |ui| {
+            let height = 0.4 * window.y;
+            let area = ScrollArea::vertical().max_height(height).min_scrolled_height(height);
+            area.auto_shrink([false, true]).show(ui, |ui| {
                 progress::show(ui, session);
             });
         });
