@@ -1,6 +1,7 @@
 //! Reading shapes and writing results. Kind is told from content; errors say
 //! what, where and what to do; files are written whole or not at all.
 
+mod animation;
 mod detect;
 mod error;
 mod gltf;
@@ -23,6 +24,7 @@ use crate::geometry::metrics::{MetricOptions, Reference, ReferenceError};
 use crate::geometry::outside::FilledOutside;
 use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, sample_cloud, sample_mesh};
 
+pub use animation::{AnimationFormat, AnimationWriter, LARGEST_GIF};
 pub use error::{Place, ReadError, WriteError};
 pub use primitives::{StoredPrimitives, read_primitives};
 pub use write::{
@@ -110,6 +112,14 @@ pub const SHAPE_ENDINGS: &[&str] = &detect::ENDINGS;
 pub fn has_shape_ending(path: &Path) -> bool {
     path.extension()
         .is_some_and(|e| detect::ENDINGS.contains(&e.to_string_lossy().to_ascii_lowercase().as_str()))
+}
+
+/// Ending of the names of session files.
+pub const SESSION_ENDING: &str = "superform";
+
+/// Whether a file's name ends as that of a session.
+pub fn has_session_ending(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(SESSION_ENDING))
 }
 
 /// The shape that is built into the program: a chair (CC0, see

@@ -6,6 +6,9 @@ use std::path::PathBuf;
 
 use nalgebra::{Point3, Vector2};
 
+use super::comparison::Comparison;
+use super::curves::Curve;
+use super::keeping::{Opening, PartingAnswer};
 use super::messages::Message;
 use super::scene::UpAxis;
 use super::selection::Select;
@@ -32,6 +35,16 @@ pub enum Action {
     OpenLink(&'static str),
     Export(Export, PathBuf),
     SaveScreenshot(PathBuf),
+    /// Writes the session to a file.
+    SaveSession(PathBuf),
+    OpenSession(Opening),
+    /// Deletes what was left behind, by its id.
+    DiscardFound(u64),
+    /// Leaves what was left behind for the next start.
+    PutOffFound,
+    AnswerParting(PartingAnswer),
+    /// As the dialog that asked for the path was set.
+    SavePicture(PictureKind, PathBuf),
     SetParams(Params),
     /// Takes the parameters of a method; the seed stays.
     SetMethod(Method),
@@ -52,6 +65,21 @@ pub enum Action {
     SwitchBranch(u32),
     RenameBranch(u32, String),
     RemoveBranch(u32),
+    /// Shows a state of another branch, by id.
+    ShowStateOf(u32, usize),
+    /// So many seconds have passed while the timeline is played.
+    PlayOn(f64),
+    /// States a second.
+    SetPlaySpeed(u32),
+    SetCurve(Curve, bool),
+    /// Shows another state beside the present one, or no more.
+    Compare(Option<Comparison>),
+    /// What moves the camera, for the view of the state beside.
+    InOther(Box<Action>),
+    /// Undoes so many steps.
+    GoBack(usize),
+    /// Makes so many steps again that were undone.
+    GoOn(usize),
     /// Selects one primitive, or none.
     Select(Option<u32>),
     /// Adds a primitive to the selection, or takes it out.
@@ -104,6 +132,14 @@ pub enum Action {
     },
     /// Something outside the session went well.
     Note(String),
+}
+
+/// Pictures of the 3D view alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PictureKind {
+    Still,
+    /// Many, once around the shape.
+    Turntable,
 }
 
 /// What can be written to a file.
@@ -232,14 +268,22 @@ macro_rules! verbs {
 }
 
 verbs! {
-    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, XYZ)";
+    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, XYZ), or a session";
     OpenBuiltIn: File, None, "Open built-in shape", "Open the shape that comes with the program";
+    SaveSession: File, ctrl('S'), "Save session",
+        "Write all of this to one file: shape, parameters, every state and branch, undo history and view";
+    SaveSessionAs: File, ctrl_shift('S'), "Save session as…", "Write the session to another file, and go on in that";
+    ReopenLast: File, None, "Reopen last session", "Open what was unsaved when the window was closed last";
     ExportCloud: File, ctrl('E'), "Export segmented cloud…",
         "Write every input point with its label and colour, in input order (PLY)";
     ExportPrimitives: File, ctrl_shift('E'), "Export primitives…",
         "Write the parameters of all primitives in input units (JSON)";
     SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save what the window shows (PNG)";
     ClearRecent: File, None, "Forget recent files", "Empty the list of files that were open before";
+    SavePicture: File, shift(Key::Function(12)), "Save picture…",
+        "Save the 3D view alone, at any size and also without a background (PNG)";
+    SaveTurntable: File, None, "Save turntable…",
+        "Save the 3D view once around the shape, as a GIF or as numbered PNG pictures";
     Quit: File, ctrl('Q'), "Quit", "Close the window";
 
     Undo: Edit, ctrl('Z'), "Undo", "Take back the last change, whatever it was";
@@ -281,6 +325,9 @@ verbs! {
     PreviousState: Timeline, plain(Key::Left), "Previous state", "Show the state one step earlier";
     NextState: Timeline, plain(Key::Right), "Next state", "Show the state one step later";
     LastState: Timeline, shift(Key::Right), "Last state", "Show the newest state of this branch";
+    Play: Timeline, plain(Key::Char('T')), "Play", "Show the states of this branch one after the other";
+    StopPlaying: Timeline, plain(Key::Char('T')), "Stop playing", "Stay at the shown state";
+    ToggleLoop: Timeline, None, "Loop", "Begin again at the start when the last state has been shown";
     ContinueHere: Timeline, ctrl('B'), "Continue from here",
         "Run on from the shown state, as a branch of its own; the later states stay in theirs";
 

@@ -25,18 +25,27 @@ impl Session {
                 | Verb::FrameAll
                 | Verb::ExportCloud
                 | Verb::ExportPrimitives
+                | Verb::SaveSession
+                | Verb::SaveSessionAs
                 | Verb::Continue
                 | Verb::ContinueHere
                 | Verb::FirstState
                 | Verb::PreviousState
                 | Verb::NextState
                 | Verb::LastState
+                | Verb::SaveSession
+                | Verb::SaveSessionAs
+                | Verb::SavePicture
+                | Verb::SaveTurntable
         );
         let is_busy = !matches!(self.activity, Activity::Idle | Activity::Renewing);
         Some(match verb {
             Verb::Pause => "Nothing is running",
             Verb::FrameSelection | Verb::Deselect => "Nothing is selected",
             Verb::HideSelected => "No primitive is selected",
+            Verb::StopPlaying => "Nothing is being played",
+            Verb::Play if self.playback.is_playing => "It is being played",
+            Verb::Play => "There are no steps to play",
             Verb::Undo => "Nothing was done yet",
             Verb::Redo => "Nothing was undone",
             Verb::AcceptMerge | Verb::SkipMerge | Verb::DropMerge => "No merge is proposed",
@@ -46,6 +55,7 @@ impl Session {
             Verb::NewCluster | Verb::BelongTogether => "Select points first",
             Verb::ReleasePoints => "No point is pinned",
             Verb::ShowAll => "No primitive is hidden",
+            Verb::ReopenLast => "No session was closed without being saved",
             Verb::ClearRecent => "No file is remembered",
             Verb::ZoomReset => "It is 100 % already",
             _ if needs_shape && self.activity == Activity::Loading => "A shape is being loaded",
