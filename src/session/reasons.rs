@@ -33,8 +33,6 @@ impl Session {
                 | Verb::PreviousState
                 | Verb::NextState
                 | Verb::LastState
-                | Verb::SaveSession
-                | Verb::SaveSessionAs
                 | Verb::SavePicture
                 | Verb::SaveTurntable
         );
