@@ -149,6 +149,7 @@ impl Session {
                 }
             }
         }
+        self.tell_deleted(&snapshot.occurrences);
         if !snapshot.occurrences.is_empty() {
             let text = messages::of_step(&snapshot);
             self.messages.push(Level::Detail, text, "");

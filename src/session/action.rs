@@ -213,8 +213,8 @@ impl std::fmt::Display for Shortcut {
             Key::Backspace => f.write_str("Backspace"),
             Key::Delete => f.write_str("Delete"),
             Key::Enter => f.write_str("Enter"),
-            Key::Left => f.write_str("←"),
-            Key::Right => f.write_str("→"),
+            Key::Left => f.write_str("Left arrow"),
+            Key::Right => f.write_str("Right arrow"),
         }
     }
 }

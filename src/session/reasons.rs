@@ -33,12 +33,17 @@ impl Session {
                 | Verb::PreviousState
                 | Verb::NextState
                 | Verb::LastState
+                | Verb::SavePicture
+                | Verb::SaveTurntable
         );
         let is_busy = !matches!(self.activity, Activity::Idle | Activity::Renewing);
         Some(match verb {
             Verb::Pause => "Nothing is running",
             Verb::FrameSelection | Verb::Deselect => "Nothing is selected",
             Verb::HideSelected => "No primitive is selected",
+            Verb::StopPlaying => "Nothing is being played",
+            Verb::Play if self.playback.is_playing => "It is being played",
+            Verb::Play => "There are no steps to play",
             Verb::Undo => "Nothing was done yet",
             Verb::Redo => "Nothing was undone",
             Verb::AcceptMerge | Verb::SkipMerge | Verb::DropMerge => "No merge is proposed",

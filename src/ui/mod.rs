@@ -56,7 +56,7 @@ use viewport::{Studio, Viewport};
 
 /// Below this width of the window, in logical pixels, there is room for one
 /// side panel only.
-const NARROW: f32 = 780.0;
+const NARROW: f32 = 860.0;
 
 /// A hand that holds a slider rests when nothing was moved for so many seconds
 /// and in so many frames: where frames are slow, some of a drag see no change.
