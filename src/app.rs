@@ -289,6 +289,13 @@ impl App {
                 Effect::ResetLayout => {
                     self.interface.set_sizes(Sizes::default());
                 }
+                Effect::AskForPicture(kind) => self.interface.ask_for_picture(kind),
+                Effect::SavePicture(kind, path) => {
+                    if let Err(error) = self.interface.save_picture(ctx, &self.session, kind, path) {
+                        let what = "The picture can't be drawn".to_owned();
+                        self.apply(ctx, Action::Tell { what, error });
+                    }
+                }
             }
         }
     }
@@ -428,6 +435,8 @@ impl eframe::App for App {
         for event in events {
             self.absorb(ctx, event);
         }
+        let effects = self.session.background();
+        self.carry_out(ctx, effects);
         while let Ok(error) = self.gpu_errors.try_recv() {
             let what = "The 3D view could not be drawn".to_owned();
             self.apply(ctx, Action::Tell { what, error });

@@ -283,7 +283,7 @@ impl Session {
     }
 
     /// Opens another session, or quits: at once where nothing is lost by it.
-    pub(super) fn leave(&mut self, parting: Parting) -> Vec<Effect> {
+    pub fn leave(&mut self, parting: Parting) -> Vec<Effect> {
         if self.is_changed() && !self.keeping.is_kept {
             self.keeping.parting = Some(parting);
             return Vec::new();
