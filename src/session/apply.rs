@@ -10,6 +10,7 @@ use super::messages::Level;
 use super::scene::SceneFromInput;
 use super::undo::Undoable;
 use super::view::{Picks, ThemeChoice, Tool, View};
+use super::window::Panel;
 use super::{Action, Effect, Export, Session, Verb};
 use crate::inference::Params;
 use crate::worker::{Activity, Command, Source};
@@ -40,8 +41,20 @@ impl Session {
     fn carry_out(&mut self, action: Action) -> Vec<Effect> {
         match action {
             Action::Verb(verb) => return self.apply_verb(verb),
-            Action::OpenFile(path) => return self.open(Source::File(path)),
-            Action::Export(export, path) => return self.export(export, path).into_iter().collect(),
+            Action::FromList(name, action) => {
+                self.window.remember_command(&name);
+                return self.apply(*action);
+            }
+            Action::OpenFile(path) => return self.open_file(path),
+            Action::OpenDropped(paths) => return self.open_dropped(paths),
+            Action::OpenRecent(path) => return vec![Effect::OpenIfThere(path)],
+            Action::ForgetRecent(path) => self.forget_recent(&path),
+            Action::ShowInFolder(path) => return vec![Effect::ShowInFolder(path)],
+            Action::OpenLink(address) => return vec![Effect::OpenLink(address)],
+            Action::Export(export, path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return self.export(export, path).into_iter().collect();
+            }
             Action::Edit(edit) => return self.edit(vec![edit]),
             Action::ProposeMergeOf(a, b) => return self.propose(Some((a, b))),
             Action::ShowState(index) => return self.show_state_at(index),
@@ -55,8 +68,14 @@ impl Session {
                 return self.show_timeline();
             }
             Action::EndGesture => self.undo.end_gesture(),
-            Action::SaveScreenshot(path) => return vec![Effect::SaveScreenshot(path)],
-            Action::SavePicture(kind, path) => return vec![Effect::SavePicture(kind, path)],
+            Action::SaveScreenshot(path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return vec![Effect::SaveScreenshot(path)];
+            }
+            Action::SavePicture(kind, path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return vec![Effect::SavePicture(kind, path)];
+            }
             Action::SetParams(params) => return self.take_setup(params, self.sampling),
             Action::SetMethod(method) => {
                 let params = Params { seed: self.params.seed, ..method.params() };
@@ -106,8 +125,10 @@ impl Session {
             Action::Zoom { cursor, factor } => self.camera.zoom_to(cursor, factor),
             Action::SetPivot(point) => self.jump(|camera| camera.set_pivot(point)),
             Action::SetAspect(aspect) => self.set_aspect(aspect),
-            Action::DismissErrors => self.messages.dismiss_errors(),
-            Action::Tell { what, error } => self.messages.push(Level::Error, what, error),
+            Action::DismissError(number) => self.messages.dismiss_errors_until(number),
+            Action::SetNarrow(narrow) => self.window.set_narrow(narrow),
+            Action::Say(message) => self.messages.add(message),
+            Action::Tell { what, error } => self.fail(what, &error),
             Action::Note(text) => {
                 self.messages.dismiss_errors();
                 self.messages.push(Level::Note, text, "");
@@ -200,6 +221,16 @@ impl Session {
             Verb::HideSelected => self.hidden.extend(&self.selection),
             Verb::ShowAll => self.hidden.clear(),
             Verb::ToggleLog => self.view.shows_log ^= true,
+            Verb::ClearLog => self.messages.clear(),
+            Verb::ClearRecent => self.window.recent.clear(),
+            Verb::ToggleLeftPanel => self.window.toggle(Panel::Left),
+            Verb::ToggleRightPanel => self.window.toggle(Panel::Right),
+            Verb::ToggleBottomPanel => self.window.toggle(Panel::Bottom),
+            Verb::ZoomIn => self.window.zoom_by(1.0),
+            Verb::ZoomOut => self.window.zoom_by(-1.0),
+            Verb::ZoomReset => self.window.set_zoom(1.0),
+            Verb::ResetLayout => return self.reset_layout(),
+            Verb::ShowCommands => self.window.shows_commands ^= true,
             Verb::ThemeSystem => self.view.theme = ThemeChoice::System,
             Verb::ThemeLight => self.view.theme = ThemeChoice::Light,
             Verb::ThemeDark => self.view.theme = ThemeChoice::Dark,
@@ -232,7 +263,7 @@ impl Session {
         }))
     }
 
-    fn open(&mut self, source: Source) -> Vec<Effect> {
+    pub(super) fn open(&mut self, source: Source) -> Vec<Effect> {
         vec![Effect::Send(self.load(source))]
     }
 

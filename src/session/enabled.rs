@@ -1,6 +1,7 @@
 //! What can be asked for now, and why not.
 
 use super::view::{Picks, ThemeChoice, Tool};
+use super::window::Panel;
 use super::{Session, Verb};
 use crate::inference::{Algorithm, Phase};
 use crate::worker::Activity;
@@ -58,6 +59,8 @@ impl Session {
             }
             Verb::FrameAll | Verb::SavePicture | Verb::SaveTurntable => loaded,
             Verb::ShowAll => !self.hidden.is_empty(),
+            Verb::ClearRecent => !self.window.recent.is_empty(),
+            Verb::ZoomReset => self.window.zoom != 1.0,
             _ => true,
         }
     }
@@ -68,6 +71,9 @@ impl Session {
             Verb::ToggleOrthographic => Some(self.camera.orthographic),
             Verb::ToggleLive => Some(self.live.is_on),
             Verb::ToggleLog => Some(self.view.shows_log),
+            Verb::ToggleLeftPanel => Some(self.window.shows(Panel::Left)),
+            Verb::ToggleRightPanel => Some(self.window.shows(Panel::Right)),
+            Verb::ToggleBottomPanel => Some(self.window.shows(Panel::Bottom)),
             Verb::ToolClick => Some(self.view.tool == Tool::Click),
             Verb::ToolBox => Some(self.view.tool == Tool::Box),
             Verb::ToolLasso => Some(self.view.tool == Tool::Lasso),

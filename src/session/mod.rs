@@ -22,12 +22,16 @@ pub mod gizmo;
 mod hand;
 pub mod live;
 pub mod messages;
+pub mod preferences;
+mod reasons;
 pub mod scalar;
 pub mod scene;
 pub mod selection;
+mod telling;
 pub mod timeline;
 pub mod undo;
 pub mod view;
+pub mod window;
 pub mod workspace;
 
 #[cfg(test)]
@@ -42,6 +46,7 @@ use scene::{SceneFromInput, UpAxis};
 use timeline::Timeline;
 use undo::Undo;
 use view::View;
+use window::Window;
 
 /// A pace at which a person can follow each iteration, and the default run
 /// takes about three seconds. Who wants the result at once turns a slider with
@@ -59,6 +64,13 @@ pub enum Effect {
     /// How the picture is to be taken, then where it is to go.
     AskForPicture(action::PictureKind),
     SavePicture(action::PictureKind, PathBuf),
+    /// Open the file if it is there, or say that it isn't.
+    OpenIfThere(PathBuf),
+    /// Show a file in the system's file manager.
+    ShowInFolder(PathBuf),
+    OpenLink(&'static str),
+    /// Bring the panels to the sizes of the first start.
+    ResetLayout,
     Quit,
 }
 
@@ -77,6 +89,7 @@ pub struct Session {
     pub live: Live,
     pub activity: Activity,
     pub view: View,
+    pub window: Window,
     pub camera: Camera,
     /// Counts the camera's moves that no drag made: a view may ease them.
     pub camera_jumps: u64,
@@ -122,6 +135,7 @@ impl Session {
             live: Live::default(),
             activity: Activity::Idle,
             view: View::default(),
+            window: Window::default(),
             camera: Camera::default(),
             camera_jumps: 0,
             scene: SceneFromInput::fit(&[], UpAxis::Y),

@@ -18,7 +18,7 @@ const LABELS: f32 = 104.0;
 /// Width of an editable number.
 const NUMBER: f32 = 58.0;
 /// How fast a run can be watched.
-const PACES: [(Pace, &str); 5] = [
+pub(super) const PACES: [(Pace, &str); 5] = [
     (Pace::PerSecond(1), "1/s"),
     (Pace::PerSecond(3), "3/s"),
     (Pace::PerSecond(10), "10/s"),

@@ -6,7 +6,7 @@ use egui::{
 };
 
 use super::theme::{self, Palette};
-use super::widgets::{choice, count, divide, eye, length, section};
+use super::widgets::{choice, count, divide, eye, focus_ring, follow_focus, length, section};
 use crate::inference::Primitive;
 use crate::io::ShapeGeometry;
 use crate::session::Session;
@@ -17,7 +17,9 @@ use crate::session::view::{Layer, SurfaceStyle, View};
 /// Height that the numbers of the selected primitive take.
 const INSPECTOR: f32 = 214.0;
 
-pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
+/// `height` is that of the panel: the list takes what is left of it.
+pub(super) fn show(ui: &mut Ui, session: &Session, height: f32, actions: &mut Vec<Action>) {
+    let bottom = ui.cursor().top() + height;
     layers(ui, session, actions);
     divide(ui);
     let primitives = session.primitives();
@@ -50,11 +52,12 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     order.sort_by_key(|p| (std::cmp::Reverse(p.points), p.id));
     ScrollArea::vertical()
         .auto_shrink([false, true])
-        .max_height((ui.available_height() - reserved).max(3.0 * theme::ROW))
+        .max_height((bottom - ui.cursor().top() - reserved).max(4.0 * theme::ROW))
         .show_rows(ui, theme::ROW, order.len(), |ui, rows| {
             for primitive in &order[rows] {
                 row(ui, session, primitive, actions);
             }
+            follow_focus(ui);
         });
     if let Some(primitive) = selected {
         divide(ui);
@@ -139,6 +142,7 @@ fn row(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<
     } else if response.hovered() {
         ui.painter().rect_filled(rect, 3.0, visuals.faint_bg_color);
     }
+    focus_ring(ui, &response);
     let strength = if visible { 1.0 } else { 0.4 };
     let color = theme::data_color(session.color_of(id)).gamma_multiply(strength);
     let swatch = egui::Rect::from_center_size(pos2(rect.left() + 12.0, rect.center().y), vec2(12.0, 12.0));
