@@ -523,7 +523,9 @@ fn what_stands_out_has_its_colour() {
     let near = |p: &image::Rgba<u8>, c: [f32; 4], tolerance: f32| {
         (0..3).all(|k| (f32::from(p[k]) / 255.0 - c[k]).abs() < tolerance)
     };
-    let count = |test: &dyn Fn(&image::Rgba<u8>) -> bool, x: std::ops::Range<u32>, y: std::ops::Range<u32>| {
+    let count = |test: &dyn Fn(&image::Rgba<u8>) -> bool,
+                 x: std::ops::Range<u32>,
+                 y: std::ops::Range<u32>| {
         x.flat_map(|x| y.clone().map(move |y| (x, y))).filter(|&(x, y)| test(picture.get_pixel(x, y))).count()
     };
     let at = |x: f32, y: f32| frame.camera.project(Vec3::new(x, y, 0.0), size).unwrap();

@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
+use super::viewport::Handles;
 use crate::geometry::Superquadric;
 use crate::geometry::palette::Colors;
 use crate::inference::Primitive;
@@ -53,6 +54,8 @@ pub(super) struct SceneView<'a> {
     pub(super) lit: Vec<u32>,
     /// What is not there yet, in input units.
     pub(super) ghosts: Vec<Superquadric>,
+    /// To shape a primitive with.
+    pub(super) handles: Option<Handles>,
     pub(super) is_loading: bool,
 }
 
@@ -74,6 +77,7 @@ impl<'a> SceneView<'a> {
             surface_scalar: None,
             lit: session.proposal.iter().flat_map(|p| [p.pair.0, p.pair.1]).collect(),
             ghosts: session.proposal.iter().map(|p| p.union).collect(),
+            handles: None,
             is_loading: session.activity == Activity::Loading,
         }
     }

@@ -58,6 +58,7 @@ impl Still {
             surface_scalar: None,
             lit: Vec::new(),
             ghosts: Vec::new(),
+            handles: None,
             is_loading: false,
         }
     }
