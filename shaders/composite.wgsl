@@ -57,6 +57,12 @@ fn ambient_radii(d: f32) -> vec3<f32> {
     return clamp(pixels, vec3<f32>(2.0), vec3<f32>(24.0, 52.0, 90.0) * frame.params.x);
 }
 
+// Between 0 and 1, from pixel to pixel as different as can be (interleaved
+// gradient noise).
+fn scatter(pixel: vec2<f32>) -> f32 {
+    return fract(52.9829189 * fract(dot(pixel, vec2<f32>(0.06711056, 0.00583715))));
+}
+
 // Mean clip depth of opposite neighbours in four directions.
 fn ring(pixel: vec2<i32>, radius: f32, turn: f32) -> vec4<f32> {
     var found = vec4<f32>(0.0);
@@ -75,8 +81,8 @@ fn occlusion(d: f32, rings: array<vec4<f32>, 3>, radii: vec3<f32>) -> f32 {
     var sum = 0.0;
     for (var k = 0; k < 3; k++) {
         let step = (rings[k] - d) * to_steps / radii[k];
-        let raised = clamp(step / 0.8, vec4<f32>(0.0), vec4<f32>(1.0))
-            * (1.0 - smoothstep(vec4<f32>(1.0), vec4<f32>(3.2), step));
+        let raised = clamp(step / 0.5, vec4<f32>(0.0), vec4<f32>(1.0))
+            * (1.0 - smoothstep(vec4<f32>(0.55), vec4<f32>(1.1), step));
         sum += dot(raised, vec4<f32>(0.25));
     }
     return sum / 3.0;
@@ -84,7 +90,7 @@ fn occlusion(d: f32, rings: array<vec4<f32>, 3>, radii: vec3<f32>) -> f32 {
 
 // A fixed pattern of ±½ levels of 8 bits, so that gradients show no bands.
 fn dither(pixel: vec2<f32>) -> f32 {
-    return (fract(52.9829189 * fract(dot(pixel, vec2<f32>(0.06711056, 0.00583715)))) - 0.5) / 255.0;
+    return (scatter(pixel) - 0.5) / 255.0;
 }
 
 @fragment
@@ -112,8 +118,9 @@ fn fs_main(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
                     pair(pixel, vec2<i32>(w, 0)), pair(pixel, vec2<i32>(0, w)),
                     pair(pixel, vec2<i32>(v, v)), pair(pixel, vec2<i32>(v, -v)),
                 );
-                // Turned against each other, so that no direction stands out.
-                rings[k] = ring(pixel, radii[k], 0.2618 * f32(k));
+                // Turned against each other and from pixel to pixel, so that no
+                // direction throws an image of what is near.
+                rings[k] = ring(pixel, radii[k], 0.2618 * f32(k) + 0.7854 * scatter(position.xy));
             }
         }
         for (var s = 0; s < SAMPLES; s++) {
@@ -121,7 +128,7 @@ fn fs_main(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
             if (depths[s] > 0.0) {
                 // Opaque, whatever alpha its coverage was made from.
                 let edges = strength * shadow(depths[s], pairs, vec3<f32>(radius));
-                let ambient = strength * 0.62 * occlusion(depths[s], rings, radii);
+                let ambient = strength * 0.55 * occlusion(depths[s], rings, radii);
                 let light = (1.0 - clamp(edges, 0.0, 0.8)) * (1.0 - clamp(ambient, 0.0, 0.7));
                 // What is left comes from around, and is a little cooler.
                 color = vec4<f32>(color.rgb * mix(vec3<f32>(1.0), vec3<f32>(0.97, 0.985, 1.0), ambient) * light, 1.0);

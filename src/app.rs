@@ -1,5 +1,7 @@
 //! The window: the composition root of worker, session and interface.
 
+mod keeping;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
@@ -11,10 +13,13 @@ use egui::ColorImage;
 use crate::cli::Journal;
 use crate::inference::{Params, Phase};
 use crate::io;
+use crate::session::keeping::Opening;
 use crate::session::messages::{Level, Message};
 use crate::session::{Action, Effect, Session};
 use crate::ui::{Interface, Purpose, Sizes};
 use crate::worker::{Activity, Command, Event, Pace, SamplingOptions, Source, Worker};
+
+use keeping::Keeping;
 
 /// Smallest and first size of the window, in logical pixels.
 const MIN_SIZE: [f32; 2] = [480.0, 320.0];
@@ -35,6 +40,8 @@ pub struct Options {
     pub params: Params,
     /// Save what the window shows when the run has ended, and close.
     pub screenshot: Option<PathBuf>,
+    /// Where the session is kept for the case of a crash; `None` to keep nothing.
+    pub state_folder: Option<PathBuf>,
     /// Start as if nothing had been remembered.
     pub reset_layout: bool,
 }
@@ -126,6 +133,7 @@ pub struct App {
     remembers: bool,
     outcome: Option<Sender<anyhow::Result<()>>>,
     start: Start,
+    keeping: Keeping,
 }
 
 /// How far the program has come on its way to the first picture.
@@ -181,9 +189,17 @@ impl App {
         if options.screenshot.is_some() {
             session.pace = Pace::Unlimited;
         }
-        // The shape is read and sampled while the pipelines are built.
-        for command in session.begin(options.source.clone()) {
-            worker.send(command);
+        // A window that is there for its picture keeps nothing.
+        let state_folder = options.state_folder.clone().filter(|_| options.screenshot.is_none());
+        let mut keeping = Keeping::start(state_folder, &cc.egui_ctx)?;
+        // What is to be shown is read while the pipelines are built.
+        match &options.source {
+            Source::File(path) if io::has_session_ending(path) => {
+                keeping.open(Opening::File(path.clone()), &session);
+                worker.send(Command::SetParams(session.params));
+                worker.send(Command::SetPace(session.pace));
+            }
+            source => session.begin(source.clone()).into_iter().for_each(|command| worker.send(command)),
         }
         Ok(Self {
             session,
@@ -201,6 +217,7 @@ impl App {
             }),
             outcome: None,
             start: Start::Over,
+            keeping,
         })
     }
 
@@ -212,6 +229,11 @@ impl App {
     /// Shows warnings and errors of this journal in the window's log.
     pub fn listen(&mut self, journal: Journal) {
         self.journal = Some(journal);
+    }
+
+    /// What stands in the window's title bar.
+    pub fn title(&self) -> &str {
+        &self.title
     }
 
     /// Waits for the next event of the worker and takes it in; whether there
@@ -248,13 +270,11 @@ impl App {
                 Effect::AskForExport(export) => self.ask(ctx, Purpose::Export(export)),
                 Effect::AskForScreenshot => self.ask(ctx, Purpose::Screenshot),
                 Effect::SaveScreenshot(path) => self.request_picture(ctx, path),
-                Effect::AskForPicture(kind) => self.interface.ask_for_picture(kind),
-                Effect::SavePicture(kind, path) => {
-                    if let Err(error) = self.interface.save_picture(ctx, &self.session, kind, path) {
-                        let what = "The picture can't be drawn".to_owned();
-                        self.apply(ctx, Action::Tell { what, error });
-                    }
-                }
+                Effect::AskForSession => self.ask(ctx, Purpose::Session),
+                Effect::SaveSession(path) => self.keeping.save(path, &self.session),
+                Effect::OpenSession(opening) => self.keeping.open(opening, &self.session),
+                Effect::DiscardFound(id) => self.keeping.discard(id),
+                Effect::Quit => self.leave(ctx),
                 Effect::OpenIfThere(path) => {
                     let there = path.exists();
                     let action = if there { Action::OpenFile(path) } else { Action::ForgetRecent(path) };
@@ -269,7 +289,13 @@ impl App {
                 Effect::ResetLayout => {
                     self.interface.set_sizes(Sizes::default());
                 }
-                Effect::Quit => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
+                Effect::AskForPicture(kind) => self.interface.ask_for_picture(kind),
+                Effect::SavePicture(kind, path) => {
+                    if let Err(error) = self.interface.save_picture(ctx, &self.session, kind, path) {
+                        let what = "The picture can't be drawn".to_owned();
+                        self.apply(ctx, Action::Tell { what, error });
+                    }
+                }
             }
         }
     }
@@ -372,8 +398,9 @@ impl App {
     }
 
     fn update_title(&mut self, ctx: &egui::Context) {
-        let title = match &self.session.loaded {
-            Some(loaded) => format!("{} – Superform", loaded.shape.name),
+        let mark = if self.session.is_changed() { "• " } else { "" };
+        let title = match self.session.title() {
+            Some(name) => format!("{mark}{name} – Superform"),
             None => "Superform".to_owned(),
         };
         if title != self.title {
@@ -408,10 +435,14 @@ impl eframe::App for App {
         for event in events {
             self.absorb(ctx, event);
         }
+        let effects = self.session.background();
+        self.carry_out(ctx, effects);
         while let Ok(error) = self.gpu_errors.try_recv() {
             let what = "The 3D view could not be drawn".to_owned();
             self.apply(ctx, Action::Tell { what, error });
         }
+        self.absorb_keeping(ctx);
+        self.watch_closing(ctx);
         let records: Vec<_> = self.journal.iter().flat_map(Journal::records).collect();
         for record in records {
             let level = if record.is_error { Level::Error } else { Level::Warning };
@@ -420,7 +451,12 @@ impl eframe::App for App {
         self.advance_start();
         self.save_pictures(ctx);
         self.advance_picture(ctx);
+        self.keeping.keep(&self.session);
         self.update_title(ctx);
+    }
+
+    fn on_exit(&mut self) {
+        self.close();
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {

@@ -40,8 +40,10 @@ fn open(request: WindowRequest, journal: Journal) -> ExitCode {
             .filter(|text| text.contains("could not be loaded"))
     }
 
+    let state_folder = superform::project::user_folder();
     let WindowRequest { source, sampling, params, screenshot, reset_layout } = request.clone();
-    let options = superform::app::Options { source, sampling, params, screenshot, reset_layout };
+    let options =
+        superform::app::Options { source, sampling, params, screenshot, state_folder, reset_layout };
     let usual = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
         if missing_library(info.payload()).is_none() {

@@ -68,6 +68,7 @@ fn a_turntable_goes_round_and_can_be_given_up() {
     for attempt in ["given up", "whole"] {
         driver.press("File");
         driver.press("Save turntable…");
+        driver.harness.run_steps(3);
         let frames = driver.harness.get_by_role_and_label(Role::SpinButton, "Frames");
         frames.set_value_accesskit(if attempt == "whole" { 4.0 } else { 700.0 });
         driver.harness.run_steps(2);

@@ -6,8 +6,13 @@ use std::path::PathBuf;
 
 use nalgebra::{Point3, Vector2};
 
+use super::comparison::Comparison;
+use super::curves::Curve;
+use super::keeping::{Opening, PartingAnswer};
 use super::messages::Message;
+use super::scalar::Top;
 use super::scene::UpAxis;
+use super::seeds::SeedOrder;
 use super::selection::Select;
 use super::view::{ColorBy, Layer, SurfaceStyle, ThemeChoice};
 use crate::inference::{Edit, Method, Params};
@@ -32,6 +37,14 @@ pub enum Action {
     OpenLink(&'static str),
     Export(Export, PathBuf),
     SaveScreenshot(PathBuf),
+    /// Writes the session to a file.
+    SaveSession(PathBuf),
+    OpenSession(Opening),
+    /// Deletes what was left behind, by its id.
+    DiscardFound(u64),
+    /// Leaves what was left behind for the next start.
+    PutOffFound,
+    AnswerParting(PartingAnswer),
     /// As the dialog that asked for the path was set.
     SavePicture(PictureKind, PathBuf),
     SetParams(Params),
@@ -54,6 +67,26 @@ pub enum Action {
     SwitchBranch(u32),
     RenameBranch(u32, String),
     RemoveBranch(u32),
+    /// Shows a state of another branch, by id.
+    ShowStateOf(u32, usize),
+    /// So many seconds have passed while the timeline is played.
+    PlayOn(f64),
+    /// States a second.
+    SetPlaySpeed(u32),
+    SetCurve(Curve, bool),
+    /// Shows another state beside the present one, or no more.
+    Compare(Option<Comparison>),
+    /// What moves the camera, for the view of the state beside.
+    InOther(Box<Action>),
+    /// Undoes so many steps.
+    GoBack(usize),
+    /// Makes so many steps again that were undone.
+    GoOn(usize),
+    /// Makes the run with that seed a branch and shows it.
+    TakeSeed(u64),
+    SetSeedOrder(SeedOrder),
+    /// Shows the odds of a sample.
+    Explain(Option<u32>),
     /// Selects one primitive, or none.
     Select(Option<u32>),
     /// Adds a primitive to the selection, or takes it out.
@@ -74,6 +107,10 @@ pub enum Action {
     /// Diameter in logical pixels.
     SetPointSize(f32),
     SetColorBy(ColorBy),
+    /// Where the colour bar ends.
+    SetLegendTop(Top),
+    /// States over which the uncertainty of labels is taken.
+    SetUncertaintyWindow(u32),
     /// Whether boxes and lassos leave out what is hidden behind something else.
     SetVisibleOnly(bool),
     SetUpAxis(UpAxis),
@@ -242,18 +279,22 @@ macro_rules! verbs {
 }
 
 verbs! {
-    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, XYZ)";
+    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, XYZ), or a session";
     OpenBuiltIn: File, None, "Open built-in shape", "Open the shape that comes with the program";
+    SaveSession: File, ctrl('S'), "Save session",
+        "Write all of this to one file: shape, parameters, every state and branch, undo history and view";
+    SaveSessionAs: File, ctrl_shift('S'), "Save session as…", "Write the session to another file, and go on in that";
+    ReopenLast: File, None, "Reopen last session", "Open what was unsaved when the window was closed last";
     ExportCloud: File, ctrl('E'), "Export segmented cloud…",
         "Write every input point with its label and colour, in input order (PLY)";
     ExportPrimitives: File, ctrl_shift('E'), "Export primitives…",
         "Write the parameters of all primitives in input units (JSON)";
     SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save what the window shows (PNG)";
+    ClearRecent: File, None, "Forget recent files", "Empty the list of files that were open before";
     SavePicture: File, shift(Key::Function(12)), "Save picture…",
         "Save the 3D view alone, at any size and also without a background (PNG)";
     SaveTurntable: File, None, "Save turntable…",
         "Save the 3D view once around the shape, as a GIF or as numbered PNG pictures";
-    ClearRecent: File, None, "Forget recent files", "Empty the list of files that were open before";
     Quit: File, ctrl('Q'), "Quit", "Close the window";
 
     Undo: Edit, ctrl('Z'), "Undo", "Take back the last change, whatever it was";
@@ -289,12 +330,19 @@ verbs! {
          the next is there";
     Continue: Run, shift(Key::Space), "Continue sampling",
         "Go on from this finished state, with whatever was changed by hand, for T further iterations";
+    RunSeeds: Run, shift(Key::Char('R')), "Run 8 seeds",
+        "Make the whole run with this seed and the seven after it, in the background, with the present parameters \
+         and samples; then take the best";
+    StopSeeds: Run, None, "Stop the seeds", "Make no further runs with other seeds; what is finished stays";
     Resample: Run, None, "Sample again", "Sample the shape with these settings and start over";
 
     FirstState: Timeline, shift(Key::Left), "First state", "Show the start of this branch";
     PreviousState: Timeline, plain(Key::Left), "Previous state", "Show the state one step earlier";
     NextState: Timeline, plain(Key::Right), "Next state", "Show the state one step later";
     LastState: Timeline, shift(Key::Right), "Last state", "Show the newest state of this branch";
+    Play: Timeline, plain(Key::Char('T')), "Play", "Show the states of this branch one after the other";
+    StopPlaying: Timeline, plain(Key::Char('T')), "Stop playing", "Stay at the shown state";
+    ToggleLoop: Timeline, None, "Loop", "Begin again at the start when the last state has been shown";
     ContinueHere: Timeline, ctrl('B'), "Continue from here",
         "Run on from the shown state, as a branch of its own; the later states stay in theirs";
 
@@ -320,6 +368,9 @@ verbs! {
     HideSelected: View, plain(Key::Char('H')), "Hide selected", "Hide the selected primitives";
     ShowAll: View, Some(Shortcut { ctrl: false, shift: false, alt: true, key: Key::Char('H') }),
         "Show all primitives", "Show the hidden primitives again";
+    ShowSeeds: View, None, "Seeds", "Runs that differ in their seed alone, side by side";
+    ShowOdds: View, plain(Key::Char('E')), "Explain the point",
+        "Show the odds of each table for the point under the pointer: what the sampler draws its label from";
 
     ToggleLeftPanel: Window, plain(Key::Function(2)), "Left panel", "Show or hide the shape, the run and its parameters";
     ToggleRightPanel: Window, plain(Key::Function(3)), "Right panel", "Show or hide the layers and the primitives";
@@ -367,7 +418,7 @@ pub const MOUSE: &[(&str, &str)] = &[
     ("Left drag", "Orbit"),
     ("Right or middle drag", "Pan"),
     ("Wheel", "Zoom to the cursor"),
-    ("Click", "Select a primitive or the primitive of a point"),
+    ("Click", "Select a primitive or the primitive of a point, and explain that point"),
     ("Shift+click", "Add to the selection"),
     ("Ctrl+click", "Take out of the selection"),
     ("Alt+left drag", "Orbit, with any tool"),

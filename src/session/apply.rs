@@ -6,7 +6,9 @@ use std::sync::Arc;
 
 use super::action::PictureKind;
 use super::camera::{AxisView, Bounds, Camera};
+use super::keeping::{Opening, Parting};
 use super::messages::Level;
+use super::scalar::Top;
 use super::scene::SceneFromInput;
 use super::undo::Undoable;
 use super::view::{Picks, ThemeChoice, Tool, View};
@@ -38,9 +40,17 @@ impl Session {
         effects
     }
 
-    fn carry_out(&mut self, action: Action) -> Vec<Effect> {
+    pub(super) fn carry_out(&mut self, action: Action) -> Vec<Effect> {
         match action {
             Action::Verb(verb) => return self.apply_verb(verb),
+            Action::SaveSession(path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return vec![Effect::SaveSession(path)];
+            }
+            Action::OpenSession(opening) => return self.leave(Parting::Open(opening)),
+            Action::DiscardFound(id) => return vec![self.discard_found(id)],
+            Action::PutOffFound => self.put_off_found(),
+            Action::AnswerParting(answer) => return self.answer_parting(answer),
             Action::FromList(name, action) => {
                 self.window.remember_command(&name);
                 return self.apply(*action);
@@ -58,6 +68,18 @@ impl Session {
             Action::Edit(edit) => return self.edit(vec![edit]),
             Action::ProposeMergeOf(a, b) => return self.propose(Some((a, b))),
             Action::ShowState(index) => return self.show_state_at(index),
+            Action::ShowStateOf(id, index) => {
+                self.timeline.switch(id);
+                self.timeline.show(index);
+                return self.show_timeline();
+            }
+            Action::PlayOn(seconds) => return self.play_on(seconds),
+            Action::SetPlaySpeed(speed) => self.playback.set_speed(speed),
+            Action::SetCurve(curve, shown) => self.curves.set(curve, shown),
+            Action::Compare(comparison) => return self.compare(comparison),
+            Action::InOther(action) => return self.carry_out_in_other(*action),
+            Action::GoBack(steps) => return (0..steps).flat_map(|_| self.undo_step()).collect(),
+            Action::GoOn(steps) => return (0..steps).flat_map(|_| self.redo_step()).collect(),
             Action::SwitchBranch(id) => {
                 self.timeline.switch(id);
                 return self.show_timeline();
@@ -67,6 +89,9 @@ impl Session {
                 self.timeline.remove(id);
                 return self.show_timeline();
             }
+            Action::TakeSeed(seed) => return self.take_seed(seed),
+            Action::SetSeedOrder(order) => self.seeds.order = order,
+            Action::Explain(sample) => self.explain(sample),
             Action::EndGesture => self.undo.end_gesture(),
             Action::SaveScreenshot(path) => {
                 self.window.save_folder = path.parent().map(PathBuf::from);
@@ -113,7 +138,15 @@ impl Session {
             Action::SetPointSize(size) => {
                 self.view.point_size = size.clamp(View::POINT_SIZE.0, View::POINT_SIZE.1);
             }
-            Action::SetColorBy(by) => self.view.color_by = by,
+            Action::SetColorBy(by) => {
+                self.view.color_by = by;
+                self.view.legend_top = Top::default();
+            }
+            Action::SetLegendTop(top) => self.view.legend_top = top,
+            Action::SetUncertaintyWindow(states) => {
+                let (least, most) = View::UNCERTAINTY_WINDOW;
+                self.view.uncertainty_window = states.clamp(least, most);
+            }
             Action::SetVisibleOnly(on) => self.view.visible_only = on,
             Action::SetUpAxis(up) => {
                 self.view.up = up;
@@ -144,9 +177,12 @@ impl Session {
             Verb::ExportCloud => return vec![Effect::AskForExport(Export::Cloud)],
             Verb::ExportPrimitives => return vec![Effect::AskForExport(Export::Primitives)],
             Verb::SaveScreenshot => return vec![Effect::AskForScreenshot],
+            Verb::SaveSession => return vec![self.save_session()],
+            Verb::SaveSessionAs => return vec![self.save_session_as()],
+            Verb::ReopenLast => return self.leave(Parting::Open(Opening::Last)),
+            Verb::Quit => return self.leave(Parting::Quit),
             Verb::SavePicture => return vec![Effect::AskForPicture(PictureKind::Still)],
             Verb::SaveTurntable => return vec![Effect::AskForPicture(PictureKind::Turntable)],
-            Verb::Quit => return vec![Effect::Quit],
             Verb::Run => return self.work(Command::Run, Activity::Running),
             Verb::Pause => {
                 self.run_when_loaded = false;
@@ -179,6 +215,9 @@ impl Session {
             Verb::LastState => return self.show_state_at(usize::MAX),
             Verb::PreviousState => return self.show_state_at(self.timeline.shown_index().saturating_sub(1)),
             Verb::NextState => return self.show_state_at(self.timeline.shown_index() + 1),
+            Verb::Play => self.play(),
+            Verb::StopPlaying => return self.stop_playing(),
+            Verb::ToggleLoop => self.playback.loops ^= true,
             Verb::MergeSelected
             | Verb::SplitSelected
             | Verb::DeleteSelected
@@ -187,6 +226,15 @@ impl Session {
             | Verb::NewCluster
             | Verb::BelongTogether
             | Verb::ReleasePoints => return self.edit(self.edits_of(verb)),
+            Verb::RunSeeds => return self.run_seeds(),
+            Verb::StopSeeds => self.stop_seeds(),
+            Verb::ShowSeeds => self.view.shows_seeds ^= true,
+            Verb::ShowOdds => {
+                self.view.shows_odds = !self.view.shows_odds || self.explained.is_none();
+                if self.explained.is_none() {
+                    self.messages.push(Level::Note, "Click a point to see the odds of each table", "");
+                }
+            }
             Verb::Resample => return self.command(Command::Resample(self.sampling), Activity::Loading),
             Verb::ToggleLive => return self.set_live(!self.live.is_on),
             Verb::FrameSelection => {
@@ -249,6 +297,7 @@ impl Session {
     /// twice; the worker answers every command with its own word on it.
     pub(super) fn expect(&mut self, activity: Activity) {
         self.activity = activity;
+        self.playback.is_playing = false;
         self.live.forget();
         self.drop_proposal();
         self.answered = Some(self.messages.count());
@@ -271,6 +320,12 @@ impl Session {
         self.run_when_loaded = true;
         self.expect(Activity::Loading);
         Command::Load { source, sampling: self.sampling }
+    }
+
+    /// Shows the odds of a sample, or of none.
+    fn explain(&mut self, sample: Option<u32>) {
+        let count = self.loaded.as_ref().map_or(0, |l| l.cloud.points.len());
+        self.explained = sample.filter(|&i| (i as usize) < count);
     }
 
     /// Moves the camera to another place at once.

@@ -19,6 +19,8 @@ impl Session {
             Verb::ExportCloud | Verb::ExportPrimitives => {
                 self.snapshot.is_some() && self.activity != Activity::Writing
             }
+            Verb::SaveSession | Verb::SaveSessionAs => loaded,
+            Verb::ReopenLast => self.keeping.has_last(),
             Verb::Run => loaded && idle,
             Verb::Pause => self.is_running() || self.activity == Activity::Loading,
             Verb::StepIteration => loaded && idle && self.phase() != Some(Phase::Finished),
@@ -49,6 +51,8 @@ impl Session {
             Verb::ContinueHere => loaded && !self.timeline.is_at_end() && self.activity != Activity::Loading,
             Verb::FirstState | Verb::PreviousState => self.timeline.shown_index() > 0,
             Verb::LastState | Verb::NextState => !self.timeline.is_at_end(),
+            Verb::Play => !self.playback.is_playing && self.timeline.states().len() > 1,
+            Verb::StopPlaying => self.playback.is_playing,
             Verb::AcceptMerge | Verb::SkipMerge | Verb::DropMerge => self.proposal.is_some(),
             Verb::MergeSelected => can_edit && self.selection.len() > 1,
             Verb::SplitSelected | Verb::RefitSelected => can_edit && self.selection.len() == 1,
@@ -58,6 +62,10 @@ impl Session {
                 can_edit && self.snapshot.as_ref().is_some_and(|s| !s.abstraction.pinned.is_empty())
             }
             Verb::FrameAll | Verb::SavePicture | Verb::SaveTurntable => loaded,
+            Verb::RunSeeds => self.snapshot.is_some() && self.activity != Activity::Loading,
+            Verb::StopSeeds => self.seeds.is_running(),
+            Verb::ShowSeeds => loaded,
+            Verb::ShowOdds => self.snapshot.is_some(),
             Verb::ShowAll => !self.hidden.is_empty(),
             Verb::ClearRecent => !self.window.recent.is_empty(),
             Verb::ZoomReset => self.window.zoom != 1.0,
@@ -70,7 +78,10 @@ impl Session {
         match verb {
             Verb::ToggleOrthographic => Some(self.camera.orthographic),
             Verb::ToggleLive => Some(self.live.is_on),
+            Verb::ToggleLoop => Some(self.playback.loops),
             Verb::ToggleLog => Some(self.view.shows_log),
+            Verb::ShowSeeds => Some(self.view.shows_seeds),
+            Verb::ShowOdds => Some(self.view.shows_odds),
             Verb::ToggleLeftPanel => Some(self.window.shows(Panel::Left)),
             Verb::ToggleRightPanel => Some(self.window.shows(Panel::Right)),
             Verb::ToggleBottomPanel => Some(self.window.shows(Panel::Bottom)),

@@ -147,8 +147,9 @@ impl Session {
         self.show_timeline()
     }
 
-    /// Shows what the timeline points at.
+    /// Shows what the timeline points at; whoever plays it stops.
     pub(super) fn show_timeline(&mut self) -> Vec<Effect> {
+        self.playback.is_playing = false;
         self.drop_proposal();
         self.merge_text = None;
         let Some(state) = self.shown_state() else {
@@ -157,10 +158,17 @@ impl Session {
         };
         let same_samples = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(&l.cloud, &state.loaded.cloud));
         if !same_samples {
+            self.explained = None;
             self.selected_points = Arc::default();
         }
         self.loaded = Some(Arc::clone(&state.loaded));
         self.show_state(Arc::clone(&state.snapshot));
+        self.measure_shown()
+    }
+
+    /// Has the shown state measured, where it was not and no run goes on.
+    pub(super) fn measure_shown(&self) -> Vec<Effect> {
+        let Some(state) = self.shown_state() else { return Vec::new() };
         let is_measured = self.measurement().is_some() || self.is_measuring();
         // Measuring takes a core, which a run has better use for.
         if is_measured || self.activity != Activity::Idle {
@@ -208,6 +216,7 @@ impl Session {
             Action::Select(_) | Action::ToggleSelected(_) | Action::SelectPrimitives { .. } => step("Select"),
             Action::SelectPoints { .. } => step("Select points"),
             Action::SetPrimitiveVisible(..) => step("Show or hide"),
+            Action::TakeSeed(seed) => step(&format!("Take seed {seed}")),
             Action::RenameBranch(..) => step("Rename the branch"),
             Action::RemoveBranch(_) => step("Remove the branch"),
             _ => None,
@@ -247,7 +256,10 @@ impl Session {
         self.timeline = timeline;
         self.run_when_loaded = false;
         if !is_same_shape {
+            self.explained = None;
+            self.seeds.clear();
             self.measured.clear();
+            self.estimates.forget();
             self.measuring = None;
             self.refit_scene();
             self.camera.frame(&self.scene.bounds);

@@ -6,8 +6,10 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use nalgebra::Point3;
+
 use crate::geometry::palette::color_of;
-use crate::inference::{MergeProposal, Params, Phase, Primitive, Setting};
+use crate::inference::{MergeProposal, Params, Phase, Primitive, Setting, normalised_scale};
 use crate::worker::{
     Activity, Command, LoadedShape, Measurement, Pace, SamplingOptions, Snapshot, Source, State,
 };
@@ -16,16 +18,22 @@ mod absorb;
 pub mod action;
 mod apply;
 pub mod camera;
+pub mod comparison;
+pub mod curves;
 pub mod document;
 mod enabled;
+pub mod estimates;
 pub mod gizmo;
 mod hand;
+pub mod keeping;
 pub mod live;
 pub mod messages;
+pub mod playback;
 pub mod preferences;
 mod reasons;
 pub mod scalar;
 pub mod scene;
+pub mod seeds;
 pub mod selection;
 mod telling;
 pub mod timeline;
@@ -39,10 +47,16 @@ mod tests;
 
 pub use action::{Action, Export, Verb};
 use camera::Camera;
+use comparison::Comparison;
+use curves::Curves;
 use document::Document;
+use estimates::Estimates;
+use keeping::{Keeping, Opening};
 use live::Live;
 use messages::Messages;
+use playback::Playback;
 use scene::{SceneFromInput, UpAxis};
+use seeds::Seeds;
 use timeline::Timeline;
 use undo::Undo;
 use view::View;
@@ -61,9 +75,13 @@ pub enum Effect {
     AskForExport(Export),
     AskForScreenshot,
     SaveScreenshot(PathBuf),
-    /// How the picture is to be taken, then where it is to go.
-    AskForPicture(action::PictureKind),
-    SavePicture(action::PictureKind, PathBuf),
+    /// Ask where the session is to be saved.
+    AskForSession,
+    SaveSession(PathBuf),
+    /// Open a session in place of this one.
+    OpenSession(Opening),
+    /// Remove what was left behind, by its id.
+    DiscardFound(u64),
     /// Open the file if it is there, or say that it isn't.
     OpenIfThere(PathBuf),
     /// Show a file in the system's file manager.
@@ -71,6 +89,9 @@ pub enum Effect {
     OpenLink(&'static str),
     /// Bring the panels to the sizes of the first start.
     ResetLayout,
+    /// How the picture is to be taken, then where it is to go.
+    AskForPicture(action::PictureKind),
+    SavePicture(action::PictureKind, PathBuf),
     Quit,
 }
 
@@ -82,12 +103,20 @@ pub struct Session {
     pub snapshot: Option<Arc<Snapshot>>,
     pub timeline: Timeline,
     pub undo: Undo,
+    pub playback: Playback,
+    /// What is plotted over the timeline.
+    pub curves: Curves,
+    /// What is shown beside the present state.
+    pub comparison: Option<Comparison>,
+    /// That of what is shown beside, where the two are not linked.
+    pub other_camera: Camera,
     /// As the sliders stand.
     pub params: Params,
     pub sampling: SamplingOptions,
     pub pace: Pace,
     pub live: Live,
     pub activity: Activity,
+    pub keeping: Keeping,
     pub view: View,
     pub window: Window,
     pub camera: Camera,
@@ -101,14 +130,20 @@ pub struct Session {
     pub messages: Messages,
     /// What the last merge came to.
     pub merge_text: Option<String>,
-    /// Indices of the selected samples, in order.
+    /// Indices of the selected samples, ascending.
     pub selected_points: Arc<[u32]>,
+    /// The sample whose odds are shown.
+    pub explained: Option<u32>,
+    /// Runs with other seeds.
+    pub seeds: Seeds,
     /// The merge that waits for a decision.
     pub proposal: Option<Box<MergeProposal>>,
     /// Pairs that were passed over since the last decision to merge, by ids.
     skipped: Vec<(u32, u32)>,
     /// States that were measured, the last one last.
     measured: Vec<Arc<Measurement>>,
+    /// What states come to that were not measured.
+    estimates: Estimates,
     /// Key of the state that the worker goes on from.
     worker_at: Option<u64>,
     /// The state that is being measured.
@@ -129,11 +164,16 @@ impl Session {
             snapshot: None,
             timeline: Timeline::default(),
             undo: Undo::default(),
+            playback: Playback::default(),
+            curves: Curves::default(),
+            comparison: None,
+            other_camera: Camera::default(),
             params,
             sampling,
             pace: DEFAULT_PACE,
             live: Live::default(),
             activity: Activity::Idle,
+            keeping: Keeping::default(),
             view: View::default(),
             window: Window::default(),
             camera: Camera::default(),
@@ -144,9 +184,12 @@ impl Session {
             messages: Messages::default(),
             merge_text: None,
             selected_points: Arc::default(),
+            explained: None,
+            seeds: Seeds::default(),
             proposal: None,
             skipped: Vec::new(),
             measured: Vec::new(),
+            estimates: Estimates::default(),
             worker_at: None,
             measuring: None,
             merges_are_exhausted: false,
@@ -204,6 +247,15 @@ impl Session {
     /// The shown state with what it belongs to.
     pub fn shown_state(&self) -> Option<State> {
         self.timeline.shown_state()
+    }
+
+    /// By how much lengths in input units are multiplied to be normalised, as
+    /// α, p0 and σ are; `None` where the shape has no extent.
+    pub fn normalised_scale(&self) -> Option<f64> {
+        // It depends on the box alone.
+        let size = self.scene.bounds.size() / self.scene.scale();
+        self.loaded.as_ref()?;
+        normalised_scale(&[Point3::origin(), Point3::from(size)])
     }
 
     /// What undo and a session file keep.

@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
+use super::keeping::{Opening, Parting};
 use super::messages::{Level, Message};
 use super::window::Window;
 use super::{Action, Effect, Session, Verb};
@@ -46,17 +47,23 @@ impl Session {
             .add(Message::new(Level::Note, text).offer("Show in folder", Action::ShowInFolder(path)));
     }
 
-    /// Opens a file, and remembers its folder.
+    /// Opens a shape or a session, and remembers its folder.
     pub(super) fn open_file(&mut self, path: PathBuf) -> Vec<Effect> {
         self.window.open_folder = path.parent().map(PathBuf::from);
+        if io::has_session_ending(&path) {
+            return self.leave(Parting::Open(Opening::File(path)));
+        }
         self.open(Source::File(path))
     }
 
-    /// Opens the first of the files that can be a shape, and says so if there
+    /// Opens the first of the files that can be a shape or a session, and says so if there
     /// were others.
     pub(super) fn open_dropped(&mut self, paths: Vec<PathBuf>) -> Vec<Effect> {
         let count = paths.len();
-        let readable = paths.iter().position(|path| io::has_shape_ending(path)).unwrap_or_default();
+        let readable = paths
+            .iter()
+            .position(|path| io::has_shape_ending(path) || io::has_session_ending(path))
+            .unwrap_or_default();
         let Some(path) = paths.into_iter().nth(readable) else { return Vec::new() };
         if count > 1 {
             let name = path.file_name().unwrap_or(path.as_os_str()).display();

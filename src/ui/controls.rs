@@ -2,6 +2,7 @@
 
 use egui::{DragValue, Grid, Label, Response, RichText, Slider, Ui};
 
+use super::priors;
 use super::theme::{self, Palette};
 use super::widgets::{choice, count, divide, fact, length, primary_button, section, tooltip, verb_button};
 use crate::geometry::kernel::Distance;
@@ -126,7 +127,12 @@ fn run(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         ui.spacing_mut().item_spacing.x = 3.0;
         let width = (ui.available_width() - 3.0 * (PACES.len() - 1) as f32) / PACES.len() as f32;
         for (pace, text) in PACES {
-            if choice(ui, session.pace == pace, text, width) {
+            let tooltip = match pace {
+                Pace::PerSecond(1) => "Show every step, one a second".to_owned(),
+                Pace::PerSecond(steps) => format!("Show every step, {steps} a second at most"),
+                Pace::Unlimited => "Show steps as fast as they go".to_owned(),
+            };
+            if choice(ui, session.pace == pace, text, width).on_hover_text(tooltip).clicked() {
                 actions.push(Action::SetPace(pace));
             }
         }
@@ -164,6 +170,7 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         setting: Setting::Alpha,
     }
     .show(ui, &mut p, |p| &mut p.alpha, Params::ALPHA);
+    priors::tables(ui, session, &p);
     Row {
         label: "New cluster p0",
         tooltip: "p0, the density that a new primitive gives to any point. The larger, the nearer a \
@@ -171,6 +178,7 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         setting: Setting::P0,
     }
     .show(ui, &mut p, |p| &mut p.p0, Params::P0);
+    priors::distance(ui, session, &p);
     Row {
         label: "Iterations T",
         tooltip: "T, the number of Gibbs iterations of a run. Taken at the next iteration.",

@@ -3,6 +3,7 @@
 
 use std::path::{Path, PathBuf};
 use std::pin::Pin;
+use std::sync::LazyLock;
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 use std::time::{Duration, Instant};
 
@@ -26,6 +27,7 @@ pub enum Purpose {
     Open,
     Export(Export),
     Screenshot,
+    Session,
     Picture(PictureKind, AnimationFormat),
 }
 
@@ -36,6 +38,7 @@ impl Purpose {
             Self::Export(Export::Cloud) => "Export the segmented cloud",
             Self::Export(Export::Primitives) => "Export the primitives",
             Self::Screenshot => "Save a screenshot",
+            Self::Session => "Save the session",
             Self::Picture(PictureKind::Still, _) => "Save a picture",
             Self::Picture(PictureKind::Turntable, AnimationFormat::Gif) => "Save a turntable",
             Self::Picture(PictureKind::Turntable, AnimationFormat::Pngs) => {
@@ -51,10 +54,11 @@ impl Purpose {
     /// Name of the file kind and its extensions.
     fn filter(self) -> (&'static str, &'static [&'static str]) {
         match self {
-            Self::Open => ("Meshes and point clouds", io::SHAPE_ENDINGS),
+            Self::Open => ("Meshes, point clouds and sessions", openable()),
             Self::Export(Export::Cloud) => ("Segmented cloud", &["ply"]),
             Self::Export(Export::Primitives) => ("Primitives", &["json"]),
             Self::Screenshot | Self::Picture(PictureKind::Still, _) => ("Picture", &["png"]),
+            Self::Session => ("Session", &[io::SESSION_ENDING]),
             Self::Picture(PictureKind::Turntable, AnimationFormat::Gif) => ("Animation", &["gif"]),
             Self::Picture(PictureKind::Turntable, AnimationFormat::Pngs) => ("Folder", &[]),
         }
@@ -65,11 +69,31 @@ impl Purpose {
             Self::Open => Action::OpenFile(path),
             Self::Export(export) => Action::Export(export, path),
             Self::Screenshot => Action::SaveScreenshot(path),
+            Self::Session => Action::SaveSession(self.completed(path)),
             Self::Picture(kind, format) => {
                 Action::SavePicture(kind, pictures::with_ending(kind, format, path))
             }
         }
     }
+}
+
+impl Purpose {
+    /// The path with the ending that a session is told by.
+    fn completed(self, path: PathBuf) -> PathBuf {
+        if self != Self::Session || io::has_session_ending(&path) {
+            return path;
+        }
+        let mut name = path.into_os_string();
+        name.push(format!(".{}", io::SESSION_ENDING));
+        name.into()
+    }
+}
+
+/// Endings of all files that can be opened.
+fn openable() -> &'static [&'static str] {
+    static ENDINGS: LazyLock<Vec<&'static str>> =
+        LazyLock::new(|| [io::SHAPE_ENDINGS, &[io::SESSION_ENDING]].concat());
+    &ENDINGS
 }
 
 /// A dialog of the system that is open.
@@ -120,7 +144,7 @@ impl Prompt {
     /// The path was entered: what follows, or `None` where it has to be
     /// confirmed first.
     fn enter(&mut self) -> Option<Action> {
-        let path = expand(self.text.trim());
+        let path = self.purpose.completed(expand(self.text.trim()));
         if self.purpose != Purpose::Open && path.exists() && self.replaces.as_ref() != Some(&path) {
             self.replaces = Some(path);
             return None;
@@ -153,6 +177,7 @@ impl Dialogs {
             Purpose::Export(Export::Cloud) => format!("{name}-segmented.ply"),
             Purpose::Export(Export::Primitives) => format!("{name}-primitives.json"),
             Purpose::Screenshot => format!("{name}.png"),
+            Purpose::Session => format!("{name}.{}", io::SESSION_ENDING),
             Purpose::Picture(kind, format) => pictures::suggestion(kind, format, name),
         };
         // What is typed starts in that folder.

@@ -76,13 +76,14 @@ impl Log {
                     ui.add_space(6.0);
                     ui.scope(|ui| {
                         ui.spacing_mut().item_spacing.x = 3.0;
-                        for (level, text) in [
-                            (Level::Detail, "All"),
-                            (Level::Note, "Notes"),
-                            (Level::Warning, "Warnings"),
-                            (Level::Error, "Errors"),
+                        for (level, text, tooltip) in [
+                            (Level::Detail, "All", "Everything, also single steps"),
+                            (Level::Note, "Notes", "Notes, warnings and errors"),
+                            (Level::Warning, "Warnings", "Warnings and errors"),
+                            (Level::Error, "Errors", "Errors only"),
                         ] {
-                            if choice(ui, self.least == level, text, 0.0) {
+                            let chosen = choice(ui, self.least == level, text, 0.0);
+                            if chosen.on_hover_text(tooltip).clicked() {
                                 self.least = level;
                             }
                         }

@@ -2,6 +2,7 @@
 
 use egui::{Button, MenuBar, RichText, Ui};
 
+use super::history;
 use super::theme::Palette;
 use super::widgets::menu_item;
 use crate::session::Session;
@@ -17,6 +18,10 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             }
             ui.menu_button("Open recent", |ui| recent(ui, session, actions));
             ui.separator();
+            for verb in [Verb::SaveSession, Verb::SaveSessionAs, Verb::ReopenLast] {
+                menu_item(ui, session, verb, actions);
+            }
+            ui.separator();
             for verb in [Verb::ExportCloud, Verb::ExportPrimitives] {
                 menu_item(ui, session, verb, actions);
             }
@@ -28,9 +33,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             menu_item(ui, session, Verb::Quit, actions);
         });
         ui.menu_button("Edit", |ui| {
-            for verb in [Verb::Undo, Verb::Redo] {
-                menu_item(ui, session, verb, actions);
-            }
+            history::menu(ui, session, actions);
             ui.separator();
             for verb in [
                 Verb::MergeSelected,
@@ -61,6 +64,9 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ui.separator();
             menu_item(ui, session, Verb::Reset, actions);
             menu_item(ui, session, Verb::ToggleLive, actions);
+            ui.separator();
+            menu_item(ui, session, Verb::RunSeeds, actions);
+            menu_item(ui, session, Verb::StopSeeds, actions);
         });
         ui.menu_button("View", |ui| {
             for verb in [Verb::FrameAll, Verb::FrameSelection] {
@@ -115,6 +121,9 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                     menu_item(ui, session, choice.into(), actions);
                 }
             });
+            for verb in [Verb::ShowSeeds, Verb::ShowOdds] {
+                menu_item(ui, session, verb, actions);
+            }
             ui.separator();
             menu_item(ui, session, Verb::ResetLayout, actions);
         });

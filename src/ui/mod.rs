@@ -3,7 +3,6 @@
 //! nothing itself.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 use std::time::Duration;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
@@ -11,38 +10,49 @@ use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 use crate::geometry::palette::Colors;
 use crate::inference::Edit;
 use crate::session::Session;
-use crate::session::action::{Action, PictureKind, Verb};
-use crate::worker::Snapshot;
+use crate::session::action::{Action, PictureKind};
 
+mod background;
+mod coloring;
 mod commands;
+mod compare;
 mod controls;
 mod dialogs;
 mod errors;
 mod figures;
 mod fuzzy;
 mod help;
+mod history;
+mod keeping;
 mod keys;
 mod layout;
 mod log;
 mod menu;
+mod odds;
 mod overlays;
 mod pictures;
 mod primitives;
+mod priors;
 mod progress;
 mod scene;
+mod seeds;
 mod theme;
+mod timeline;
 mod toasts;
 mod viewport;
 mod widgets;
 
+use compare::Compare;
 use dialogs::Dialogs;
 pub use dialogs::Purpose;
+use layout::Part;
 pub use layout::Sizes;
-use layout::{Part, collapsible};
 use log::Log;
+use odds::OddsCard;
 use overlays::Overlays;
 use pictures::Pictures;
-use scene::SceneView;
+use seeds::SeedStrip;
+use timeline::Timeline;
 use viewport::{Studio, Viewport};
 
 /// Below this width of the window, in logical pixels, there is room for one
@@ -58,9 +68,13 @@ const STILL_FRAMES: u32 = 2;
 #[derive(Debug)]
 pub struct Interface {
     viewport: Viewport,
+    odds: OddsCard,
+    seeds: SeedStrip,
     pictures: Pictures,
     dialogs: Dialogs,
     overlays: Overlays,
+    timeline: Timeline,
+    compare: Compare,
     log: Log,
     sizes: Sizes,
     /// When what a run is made from was last changed, in seconds, and the frames
@@ -78,9 +92,13 @@ impl Interface {
         theme::install(ctx);
         Self {
             viewport: Viewport::new(state, "3D view", true),
+            odds: OddsCard::default(),
+            seeds: SeedStrip::new(state.map(Studio::new)),
             pictures: Pictures::new(state.map(Studio::new)),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
+            timeline: Timeline::default(),
+            compare: Compare::default(),
             log: Log::default(),
             sizes: Sizes::default(),
             turned_at: 0.0,
@@ -169,6 +187,9 @@ impl Interface {
         Part::Log.show(ui, place, below, sizes, &mut actions, |ui, actions| {
             self.log.show(ui, session, actions);
         });
+        Part::Timeline.show(ui, place, below, sizes, &mut actions, |ui, actions| {
+            self.timeline.show(ui, session, actions);
+        });
         Part::Left.show(ui, place, side, sizes, &mut actions, |ui, actions| {
             ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
                 controls::show(ui, session, actions);
@@ -182,21 +203,17 @@ impl Interface {
                 widgets::follow_focus(ui);
             });
         });
-        let bottom = Panel::bottom("progress").resizable(false).frame(below);
-        collapsible(ui, bottom, session, Verb::ToggleBottomPanel, &mut actions, |ui, _| {
-            // In a low window it leaves most of the room to the view.
-            ScrollArea::vertical().max_height(0.4 * window.y).auto_shrink([false, true]).show(ui, |ui| {
-                progress::show(ui, session);
-            });
-        });
+        self.seeds.show(ui, session, &mut actions);
         let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 0.0;
             viewport::toolbar(ui, session, &mut actions);
             let rect = ui.available_rect_before_wrap();
-            self.viewport.show(ui, &SceneView::of(session), &mut actions);
+            self.compare.show(ui, session, &mut self.viewport, &mut actions);
             rect
         });
+        self.odds.show(&ctx, session, area.inner, &mut actions);
         self.overlays.show(&ctx, session, area.inner, &mut actions);
+        keeping::show(&ctx, session, &mut actions);
         if let Some(kind) = self.pictures.show(&ctx, area.inner, &mut actions) {
             let purpose = Purpose::Picture(kind, self.pictures.format());
             let name = session.loaded.as_ref().map_or("superform", |l| l.shape.name.as_str());

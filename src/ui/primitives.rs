@@ -94,7 +94,10 @@ fn layers(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         ui.spacing_mut().item_spacing.x = 3.0;
         let width = (ui.available_width() - 6.0) / 3.0;
         for style in SurfaceStyle::ALL {
-            if choice(ui, session.view.surface_style == style, style.text(), width) {
+            if choice(ui, session.view.surface_style == style, style.text(), width)
+                .on_hover_text("How primitives are drawn")
+                .clicked()
+            {
                 actions.push(Action::SetSurfaceStyle(style));
             }
         }

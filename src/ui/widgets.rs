@@ -79,11 +79,11 @@ pub(super) fn menu_item(ui: &mut Ui, session: &Session, verb: Verb, actions: &mu
     }
 }
 
-/// One of several choices in a row; whether it was chosen.
-pub(super) fn choice(ui: &mut Ui, on: bool, text: &str, width: f32) -> bool {
+/// One of several choices in a row.
+pub(super) fn choice(ui: &mut Ui, on: bool, text: &str, width: f32) -> Response {
     ui.spacing_mut().button_padding.x = 3.0;
     let button = Button::selectable(on, text).min_size(vec2(width, theme::ROW)).frame_when_inactive(true);
-    ui.add(button).clicked()
+    ui.add(button)
 }
 
 /// A button for what a message offers; whether it was pressed.

@@ -26,6 +26,7 @@ pub(crate) fn options(source: Source) -> Options {
         sampling: SamplingOptions { points: 700, seed: 1, ..SamplingOptions::default() },
         params: Params { iterations: 6, clusters: 12, ..Params::default() },
         screenshot: None,
+        state_folder: None,
         reset_layout: false,
     }
 }
