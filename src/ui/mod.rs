@@ -7,7 +7,6 @@ use std::time::Duration;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
-use crate::geometry::palette::Colors;
 use crate::inference::Edit;
 use crate::session::Session;
 use crate::session::action::{Action, PictureKind};
@@ -121,20 +120,6 @@ impl Interface {
     /// Brings the panels to these sizes.
     pub fn set_sizes(&mut self, sizes: Sizes) {
         self.sizes.replace(sizes);
-    }
-
-    /// A small picture of a state of the session's shape, such as one of another
-    /// branch or seed; it takes some milliseconds. `None` where nothing can be
-    /// drawn.
-    pub fn thumbnail(
-        &mut self,
-        ctx: &Context,
-        session: &Session,
-        snapshot: &Arc<Snapshot>,
-        colors: &Arc<Colors>,
-        size: [u32; 2],
-    ) -> Option<image::RgbaImage> {
-        self.pictures.thumbnail(ctx, session, snapshot, colors, size)
     }
 
     /// Asks the person how a picture of the 3D view is to be taken.

@@ -1,21 +1,16 @@
 //! Saving pictures of the 3D view: the dialogs that ask how, and the job that
 //! draws them a bit a frame, so that the window goes on.
 
-use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
 
 use egui::{Align2, Area, Button, Context, DragValue, Id, Label, Modal, ProgressBar, RichText, Ui, vec2};
 
 use super::scene::SceneView;
 use super::theme::{self, Palette};
-use super::viewport::{Shot, Studio};
-use crate::geometry::palette::Colors;
+use super::viewport::Studio;
 use crate::io::{AnimationFormat, LARGEST_GIF};
 use crate::session::Session;
 use crate::session::action::{Action, PictureKind};
-use crate::session::view::{Layer, SurfaceStyle};
-use crate::worker::Snapshot;
 
 mod job;
 mod still;
@@ -130,42 +125,6 @@ impl Pictures {
         });
         ctx.request_repaint();
         Ok(())
-    }
-
-    /// A small picture of a state of the session's shape, waited for; from where
-    /// the camera stands, without points and ground. `None` where nothing can be
-    /// drawn.
-    pub(super) fn thumbnail(
-        &mut self,
-        ctx: &Context,
-        session: &Session,
-        snapshot: &Arc<Snapshot>,
-        colors: &Arc<Colors>,
-        size: [u32; 2],
-    ) -> Option<image::RgbaImage> {
-        let studio = self.studio.as_mut()?;
-        let present = SceneView::of(session);
-        let mut view = *present.view;
-        for layer in [Layer::Input, Layer::Points, Layer::Grid] {
-            view.set_layer(layer, false);
-        }
-        view.set_layer(Layer::Primitives, true);
-        view.surface_style = SurfaceStyle::Solid;
-        let nothing = BTreeSet::new();
-        let state = SceneView {
-            snapshot: Some(snapshot),
-            colors: Arc::clone(colors),
-            view: &view,
-            selection: &nothing,
-            hidden: &nothing,
-            lit: Vec::new(),
-            ghosts: Vec::new(),
-            handles: None,
-            ..present
-        };
-        let theme = theme::scene_of(ctx.theme() == egui::Theme::Dark);
-        let shot = Shot { size, camera: session.camera, theme, transparent: false };
-        studio.take(&state, &shot).inspect_err(|error| tracing::warn!("no thumbnail: {error}")).ok()
     }
 
     /// Draws dialog or progress and goes on with the job. Answers the kind of
