@@ -8,6 +8,7 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 
 use super::coloring::{Coloring, Numbers, Told};
+use super::viewport::Handles;
 use crate::geometry::Superquadric;
 use crate::geometry::palette::Colors;
 use crate::inference::Primitive;
@@ -60,6 +61,8 @@ pub(super) struct SceneView<'a> {
     pub(super) lit: Vec<u32>,
     /// What is not there yet, in input units.
     pub(super) ghosts: Vec<Superquadric>,
+    /// To shape a primitive with.
+    pub(super) handles: Option<Handles>,
     /// The sample that is being explained.
     pub(super) marked: Option<u32>,
     pub(super) is_loading: bool,
@@ -86,6 +89,7 @@ impl<'a> SceneView<'a> {
             disagrees: None,
             lit: session.proposal.iter().flat_map(|p| [p.pair.0, p.pair.1]).collect(),
             ghosts: session.proposal.iter().map(|p| p.union).collect(),
+            handles: None,
             marked: session.explained.filter(|_| session.view.shows_odds),
             is_loading: session.activity == Activity::Loading,
         }

@@ -13,6 +13,7 @@ mod axes;
 mod frame;
 mod glide;
 mod gpu;
+mod handles;
 mod legend;
 mod pointer;
 mod ruler;
@@ -21,6 +22,7 @@ mod toolbar;
 
 use glide::Glide;
 use gpu::Slot;
+pub(super) use handles::Handles;
 use pointer::Drawn;
 pub(super) use studio::{Shot, Studio};
 pub(super) use toolbar::show as toolbar;
@@ -92,6 +94,9 @@ impl Viewport {
             None => {
                 ui.painter().rect_filled(rect, 0.0, ui.visuals().extreme_bg_color);
             }
+        }
+        if let Some(handles) = &view.handles {
+            handles::paint(ui, rect, handles);
         }
         mark(ui, view, &frame, rect);
         self.paint_drawn(ui, rect);

@@ -66,6 +66,7 @@ impl Still {
             disagrees: None,
             lit: Vec::new(),
             ghosts: Vec::new(),
+            handles: None,
             marked: None,
             is_loading: false,
         }
