@@ -18,7 +18,7 @@ use crate::session::Session;
 use crate::session::camera::Camera;
 use crate::session::scalar::{Scalar, SurfaceScalar, Unit};
 use crate::session::scene::{Paint, SceneFromInput, shown_colors, shown_points};
-use crate::session::seeds::Seeds;
+use crate::session::seeds::SeedResult;
 use crate::session::view::{ColorBy, View};
 use crate::worker::{Activity, LoadedShape, Snapshot};
 
@@ -33,8 +33,8 @@ pub(super) struct SceneView<'a> {
     pub(super) snapshot: Option<&'a Arc<Snapshot>>,
     /// The states up to this one, the last one last.
     pub(super) history: &'a [Arc<Snapshot>],
-    /// Runs with other seeds.
-    pub(super) seeds: Option<&'a Seeds>,
+    /// Runs with other seeds, and what they were made from.
+    pub(super) seeds: Option<(&'a Arc<LoadedShape>, &'a [SeedResult])>,
     /// Of primitives.
     pub(super) colors: Arc<Colors>,
     pub(super) scene: &'a SceneFromInput,
@@ -69,7 +69,7 @@ impl<'a> SceneView<'a> {
             loaded: session.loaded.as_ref(),
             snapshot: session.snapshot.as_ref(),
             history: session.timeline.history(),
-            seeds: Some(&session.seeds),
+            seeds: session.seeds.loaded().map(|loaded| (loaded, session.seeds.results())),
             colors: session.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default(),
             scene: &session.scene,
             camera: &session.camera,
