@@ -435,6 +435,8 @@ impl eframe::App for App {
         for event in events {
             self.absorb(ctx, event);
         }
+        let effects = self.session.background();
+        self.carry_out(ctx, effects);
         while let Ok(error) = self.gpu_errors.try_recv() {
             let what = "The 3D view could not be drawn".to_owned();
             self.apply(ctx, Action::Tell { what, error });

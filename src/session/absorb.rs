@@ -47,6 +47,7 @@ impl Session {
                 self.measuring.take_if(|s| Arc::ptr_eq(s, &measurement.snapshot));
                 self.keep_measurement(measurement);
             }
+            Event::Estimated { key, chamfer_l1 } => self.estimates.take(key, chamfer_l1),
             Event::Seeds { request, news } => self.absorb_seeds(request, news),
             Event::Proposed(proposal) => self.absorb_proposal(proposal),
             Event::Written { path, what } => {
@@ -105,6 +106,7 @@ impl Session {
         if !is_same {
             self.timeline = Timeline::default();
             self.measured.clear();
+            self.estimates.forget();
             self.seeds.clear();
         }
         self.worker_at = None;

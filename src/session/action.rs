@@ -6,6 +6,8 @@ use std::path::PathBuf;
 
 use nalgebra::{Point3, Vector2};
 
+use super::comparison::Comparison;
+use super::curves::Curve;
 use super::keeping::{Opening, PartingAnswer};
 use super::messages::Message;
 use super::scalar::Top;
@@ -65,6 +67,21 @@ pub enum Action {
     SwitchBranch(u32),
     RenameBranch(u32, String),
     RemoveBranch(u32),
+    /// Shows a state of another branch, by id.
+    ShowStateOf(u32, usize),
+    /// So many seconds have passed while the timeline is played.
+    PlayOn(f64),
+    /// States a second.
+    SetPlaySpeed(u32),
+    SetCurve(Curve, bool),
+    /// Shows another state beside the present one, or no more.
+    Compare(Option<Comparison>),
+    /// What moves the camera, for the view of the state beside.
+    InOther(Box<Action>),
+    /// Undoes so many steps.
+    GoBack(usize),
+    /// Makes so many steps again that were undone.
+    GoOn(usize),
     /// Makes the run with that seed a branch and shows it.
     TakeSeed(u64),
     SetSeedOrder(SeedOrder),
@@ -323,6 +340,9 @@ verbs! {
     PreviousState: Timeline, plain(Key::Left), "Previous state", "Show the state one step earlier";
     NextState: Timeline, plain(Key::Right), "Next state", "Show the state one step later";
     LastState: Timeline, shift(Key::Right), "Last state", "Show the newest state of this branch";
+    Play: Timeline, plain(Key::Char('T')), "Play", "Show the states of this branch one after the other";
+    StopPlaying: Timeline, plain(Key::Char('T')), "Stop playing", "Stay at the shown state";
+    ToggleLoop: Timeline, None, "Loop", "Begin again at the start when the last state has been shown";
     ContinueHere: Timeline, ctrl('B'), "Continue from here",
         "Run on from the shown state, as a branch of its own; the later states stay in theirs";
 

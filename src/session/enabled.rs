@@ -51,6 +51,8 @@ impl Session {
             Verb::ContinueHere => loaded && !self.timeline.is_at_end() && self.activity != Activity::Loading,
             Verb::FirstState | Verb::PreviousState => self.timeline.shown_index() > 0,
             Verb::LastState | Verb::NextState => !self.timeline.is_at_end(),
+            Verb::Play => !self.playback.is_playing && self.timeline.states().len() > 1,
+            Verb::StopPlaying => self.playback.is_playing,
             Verb::AcceptMerge | Verb::SkipMerge | Verb::DropMerge => self.proposal.is_some(),
             Verb::MergeSelected => can_edit && self.selection.len() > 1,
             Verb::SplitSelected | Verb::RefitSelected => can_edit && self.selection.len() == 1,
@@ -76,6 +78,7 @@ impl Session {
         match verb {
             Verb::ToggleOrthographic => Some(self.camera.orthographic),
             Verb::ToggleLive => Some(self.live.is_on),
+            Verb::ToggleLoop => Some(self.playback.loops),
             Verb::ToggleLog => Some(self.view.shows_log),
             Verb::ShowSeeds => Some(self.view.shows_seeds),
             Verb::ShowOdds => Some(self.view.shows_odds),

@@ -18,13 +18,17 @@ mod absorb;
 pub mod action;
 mod apply;
 pub mod camera;
+pub mod comparison;
+pub mod curves;
 pub mod document;
 mod enabled;
+pub mod estimates;
 pub mod gizmo;
 mod hand;
 pub mod keeping;
 pub mod live;
 pub mod messages;
+pub mod playback;
 pub mod preferences;
 mod reasons;
 pub mod scalar;
@@ -43,10 +47,14 @@ mod tests;
 
 pub use action::{Action, Export, Verb};
 use camera::Camera;
+use comparison::Comparison;
+use curves::Curves;
 use document::Document;
+use estimates::Estimates;
 use keeping::{Keeping, Opening};
 use live::Live;
 use messages::Messages;
+use playback::Playback;
 use scene::{SceneFromInput, UpAxis};
 use seeds::Seeds;
 use timeline::Timeline;
@@ -95,6 +103,13 @@ pub struct Session {
     pub snapshot: Option<Arc<Snapshot>>,
     pub timeline: Timeline,
     pub undo: Undo,
+    pub playback: Playback,
+    /// What is plotted over the timeline.
+    pub curves: Curves,
+    /// What is shown beside the present state.
+    pub comparison: Option<Comparison>,
+    /// That of what is shown beside, where the two are not linked.
+    pub other_camera: Camera,
     /// As the sliders stand.
     pub params: Params,
     pub sampling: SamplingOptions,
@@ -127,6 +142,8 @@ pub struct Session {
     skipped: Vec<(u32, u32)>,
     /// States that were measured, the last one last.
     measured: Vec<Arc<Measurement>>,
+    /// What states come to that were not measured.
+    estimates: Estimates,
     /// Key of the state that the worker goes on from.
     worker_at: Option<u64>,
     /// The state that is being measured.
@@ -147,6 +164,10 @@ impl Session {
             snapshot: None,
             timeline: Timeline::default(),
             undo: Undo::default(),
+            playback: Playback::default(),
+            curves: Curves::default(),
+            comparison: None,
+            other_camera: Camera::default(),
             params,
             sampling,
             pace: DEFAULT_PACE,
@@ -168,6 +189,7 @@ impl Session {
             proposal: None,
             skipped: Vec::new(),
             measured: Vec::new(),
+            estimates: Estimates::default(),
             worker_at: None,
             measuring: None,
             merges_are_exhausted: false,

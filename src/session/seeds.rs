@@ -84,7 +84,7 @@ impl SeedResult {
 }
 
 /// The runs of the last request.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct Seeds {
     pub order: SeedOrder,
     request: Option<SeedRequest>,

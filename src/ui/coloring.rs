@@ -139,9 +139,10 @@ impl Coloring {
                 Source::States(last.to_vec())
             }
             ColorBy::SeedUncertainty => {
-                let seeds = view.seeds.filter(|(of, _)| Arc::ptr_eq(of, shape));
-                let Some((_, seeds)) = seeds else { return Err("No other seeds yet: run 8 seeds") };
-                let runs: Vec<Arc<Snapshot>> = seeds.iter().filter_map(|r| r.last().cloned()).collect();
+                let seeds = view.seeds.filter(|s| s.loaded().is_some_and(|of| Arc::ptr_eq(of, shape)));
+                let Some(seeds) = seeds else { return Err("No other seeds yet: run 8 seeds") };
+                let runs: Vec<Arc<Snapshot>> =
+                    seeds.results().iter().filter_map(|r| r.last().cloned()).collect();
                 if runs.len() < 2 {
                     return Err("Waiting for two seeds");
                 }

@@ -9,17 +9,19 @@ use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
 use crate::inference::Edit;
 use crate::session::Session;
-use crate::session::action::{Action, PictureKind, Verb};
+use crate::session::action::{Action, PictureKind};
 
 mod background;
 mod coloring;
 mod commands;
+mod compare;
 mod controls;
 mod dialogs;
 mod errors;
 mod figures;
 mod fuzzy;
 mod help;
+mod history;
 mod keeping;
 mod keys;
 mod layout;
@@ -34,20 +36,22 @@ mod progress;
 mod scene;
 mod seeds;
 mod theme;
+mod timeline;
 mod toasts;
 mod viewport;
 mod widgets;
 
+use compare::Compare;
 use dialogs::Dialogs;
 pub use dialogs::Purpose;
+use layout::Part;
 pub use layout::Sizes;
-use layout::{Part, collapsible};
 use log::Log;
 use odds::OddsCard;
 use overlays::Overlays;
 use pictures::Pictures;
-use scene::SceneView;
 use seeds::SeedStrip;
+use timeline::Timeline;
 use viewport::{Studio, Viewport};
 
 /// Below this width of the window, in logical pixels, there is room for one
@@ -68,6 +72,8 @@ pub struct Interface {
     pictures: Pictures,
     dialogs: Dialogs,
     overlays: Overlays,
+    timeline: Timeline,
+    compare: Compare,
     log: Log,
     sizes: Sizes,
     /// When what a run is made from was last changed, in seconds, and the frames
@@ -90,6 +96,8 @@ impl Interface {
             pictures: Pictures::new(state.map(Studio::new)),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
+            timeline: Timeline::default(),
+            compare: Compare::default(),
             log: Log::default(),
             sizes: Sizes::default(),
             turned_at: 0.0,
@@ -164,6 +172,9 @@ impl Interface {
         Part::Log.show(ui, place, below, sizes, &mut actions, |ui, actions| {
             self.log.show(ui, session, actions);
         });
+        Part::Timeline.show(ui, place, below, sizes, &mut actions, |ui, actions| {
+            self.timeline.show(ui, session, actions);
+        });
         Part::Left.show(ui, place, side, sizes, &mut actions, |ui, actions| {
             ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
                 controls::show(ui, session, actions);
@@ -177,19 +188,12 @@ impl Interface {
                 widgets::follow_focus(ui);
             });
         });
-        let bottom = Panel::bottom("progress").resizable(false).frame(below);
-        collapsible(ui, bottom, session, Verb::ToggleBottomPanel, &mut actions, |ui, _| {
-            // In a low window it leaves most of the room to the view.
-            ScrollArea::vertical().max_height(0.4 * window.y).auto_shrink([false, true]).show(ui, |ui| {
-                progress::show(ui, session);
-            });
-        });
         self.seeds.show(ui, session, &mut actions);
         let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 0.0;
             viewport::toolbar(ui, session, &mut actions);
             let rect = ui.available_rect_before_wrap();
-            self.viewport.show(ui, &SceneView::of(session), &mut actions);
+            self.compare.show(ui, session, &mut self.viewport, &mut actions);
             rect
         });
         self.odds.show(&ctx, session, area.inner, &mut actions);

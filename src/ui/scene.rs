@@ -18,7 +18,7 @@ use crate::session::Session;
 use crate::session::camera::Camera;
 use crate::session::scalar::{Scalar, SurfaceScalar, Unit};
 use crate::session::scene::{Paint, SceneFromInput, shown_colors, shown_points};
-use crate::session::seeds::SeedResult;
+use crate::session::seeds::Seeds;
 use crate::session::view::{ColorBy, View};
 use crate::worker::{Activity, LoadedShape, Snapshot};
 
@@ -33,8 +33,8 @@ pub(super) struct SceneView<'a> {
     pub(super) snapshot: Option<&'a Arc<Snapshot>>,
     /// The states up to this one, the last one last.
     pub(super) history: &'a [Arc<Snapshot>],
-    /// Runs with other seeds, and what they were made from.
-    pub(super) seeds: Option<(&'a Arc<LoadedShape>, &'a [SeedResult])>,
+    /// Runs with other seeds.
+    pub(super) seeds: Option<&'a Seeds>,
     /// Of primitives.
     pub(super) colors: Arc<Colors>,
     pub(super) scene: &'a SceneFromInput,
@@ -52,6 +52,9 @@ pub(super) struct SceneView<'a> {
     pub(super) scalar: Option<&'a Arc<Scalar>>,
     /// What the colours of the primitives' surfaces tell.
     pub(super) surface_scalar: Option<&'a Arc<SurfaceScalar>>,
+    /// The samples that are to stand out from all others, whatever `color_by`
+    /// says.
+    pub(super) disagrees: Option<&'a Arc<[bool]>>,
     /// Ids of primitives that something is told about, such as a pair that may
     /// be merged.
     pub(super) lit: Vec<u32>,
@@ -69,7 +72,7 @@ impl<'a> SceneView<'a> {
             loaded: session.loaded.as_ref(),
             snapshot: session.snapshot.as_ref(),
             history: session.timeline.history(),
-            seeds: session.seeds.loaded().map(|loaded| (loaded, session.seeds.results())),
+            seeds: Some(&session.seeds),
             colors: session.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default(),
             scene: &session.scene,
             camera: &session.camera,
@@ -80,6 +83,7 @@ impl<'a> SceneView<'a> {
             hidden: &session.hidden,
             scalar: None,
             surface_scalar: None,
+            disagrees: None,
             lit: session.proposal.iter().flat_map(|p| [p.pair.0, p.pair.1]).collect(),
             ghosts: session.proposal.iter().map(|p| p.union).collect(),
             marked: session.explained.filter(|_| session.view.shows_odds),
@@ -140,6 +144,7 @@ struct Made {
     color_by: ColorBy,
     scalar: Option<Arc<Scalar>>,
     surface_scalar: Option<Arc<SurfaceScalar>>,
+    disagrees: Option<Arc<[bool]>>,
     lit: Vec<u32>,
     ghosts: Vec<Superquadric>,
     hovered: Option<u32>,
@@ -189,6 +194,7 @@ impl Scene {
         let same_hidden = self.made.hidden == *view.hidden && same_colors;
         let same_paint = self.made.color_by == view.view.color_by
             && same(self.made.scalar.as_ref(), scalar.as_ref())
+            && same(self.made.disagrees.as_ref(), view.disagrees)
             && Arc::ptr_eq(&self.made.selected_points, view.selected_points);
         let same_marks = self.made.selection == *view.selection
             && self.made.hovered == hovered
@@ -222,6 +228,7 @@ impl Scene {
             color_by: view.view.color_by,
             scalar,
             surface_scalar,
+            disagrees: view.disagrees.cloned(),
             lit: view.lit.clone(),
             ghosts: view.ghosts.clone(),
             hovered,
@@ -251,6 +258,7 @@ impl Scene {
         // Before the first state nothing is labelled.
         let labels = view.snapshot.map_or(&[][..], |s| &s.abstraction.labels);
         let paint = match (scalar, view.view.color_by) {
+            _ if view.disagrees.is_some() => Paint::Marked(view.disagrees.map_or(&[], |d| d)),
             (Some(scalar), _) => Paint::Scalar(scalar, viridis),
             (None, ColorBy::Input) => Paint::Input,
             (None, ColorBy::Plain | ColorBy::SurfaceDistance) => Paint::Plain,
@@ -349,7 +357,7 @@ fn paint_of(scalar: &SurfaceScalar) -> Vec<SurfacePaint> {
     scalar.values.iter().map(paint).collect()
 }
 
-fn same<T>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
+fn same<T: ?Sized>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
     match (a, b) {
         (Some(a), Some(b)) => Arc::ptr_eq(a, b),
         (None, None) => true,

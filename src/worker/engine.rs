@@ -190,6 +190,10 @@ impl<M: Machine> Engine<M> {
                 self.measure(&state);
                 return;
             }
+            Command::Estimate(states) => {
+                self.measurer.estimate(&states);
+                return;
+            }
             Command::RunSeeds(request) => {
                 self.run_seeds(*request);
                 return;
@@ -307,9 +311,9 @@ impl<M: Machine> Engine<M> {
         }
     }
 
-    fn measure(&mut self, State { loaded, snapshot }: &State) {
-        if self.measurer.ask(&loaded.shape, snapshot) {
-            self.emit(Event::Measuring(Arc::clone(snapshot)));
+    fn measure(&mut self, state: &State) {
+        if self.measurer.measure(state) {
+            self.emit(Event::Measuring(Arc::clone(&state.snapshot)));
         }
     }
 

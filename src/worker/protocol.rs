@@ -69,6 +69,10 @@ pub enum Command {
     /// Measure a state, besides whatever else goes on; answered by
     /// [`Event::Measuring`] and [`Event::Measured`].
     Measure(State),
+    /// Estimate the Chamfer distance of these states, one after the other, on
+    /// one core and whenever nothing else is to be measured; in place of those
+    /// that still wait. Answered by [`Event::Estimated`], one for each.
+    Estimate(Vec<State>),
     /// How fast `Run` and `MergeAll` go from step to step.
     SetPace(Pace),
     /// Make whole runs with several seeds, besides whatever else goes on, in
@@ -118,6 +122,7 @@ impl Command {
             | Self::ExportCloud(..)
             | Self::ExportPrimitives(..)
             | Self::Measure(_)
+            | Self::Estimate(_)
             | Self::SetParams(_)
             | Self::Renew { .. }
             | Self::Pause
@@ -340,6 +345,11 @@ pub enum Event {
     Measuring(Arc<Snapshot>),
     /// Sooner or later after that, unless a later state took its place.
     Measured(Arc<Measurement>),
+    /// The Chamfer distance of the state with this key, roughly.
+    Estimated {
+        key: u64,
+        chamfer_l1: Option<f64>,
+    },
     /// How far the runs of a request have come, by its number.
     Seeds {
         request: u64,
@@ -371,6 +381,7 @@ impl Event {
             | Self::Proposed(_) => true,
             Self::Measuring(_)
             | Self::Measured(_)
+            | Self::Estimated { .. }
             | Self::Seeds { .. }
             | Self::Written { .. }
             | Self::Failed { .. } => false,

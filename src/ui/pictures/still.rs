@@ -7,7 +7,7 @@ use crate::geometry::palette::Colors;
 use crate::render::SceneTheme;
 use crate::session::camera::Camera;
 use crate::session::scene::SceneFromInput;
-use crate::session::seeds::SeedResult;
+use crate::session::seeds::Seeds;
 use crate::session::view::View;
 use crate::ui::scene::SceneView;
 use crate::ui::viewport::Shot;
@@ -20,7 +20,7 @@ pub(super) struct Still {
     loaded: Option<Arc<LoadedShape>>,
     snapshot: Option<Arc<Snapshot>>,
     history: Vec<Arc<Snapshot>>,
-    seeds: Option<(Arc<LoadedShape>, Vec<SeedResult>)>,
+    seeds: Option<Seeds>,
     colors: Arc<Colors>,
     scene: SceneFromInput,
     camera: Camera,
@@ -36,7 +36,7 @@ impl Still {
             loaded: view.loaded.cloned(),
             snapshot: view.snapshot.cloned(),
             history: view.history.to_vec(),
-            seeds: view.seeds.map(|(loaded, runs)| (Arc::clone(loaded), runs.to_vec())),
+            seeds: view.seeds.cloned(),
             colors: Arc::clone(&view.colors),
             scene: *view.scene,
             camera: *view.camera,
@@ -52,7 +52,7 @@ impl Still {
             loaded: self.loaded.as_ref(),
             snapshot: self.snapshot.as_ref(),
             history: &self.history,
-            seeds: self.seeds.as_ref().map(|(loaded, runs)| (loaded, runs.as_slice())),
+            seeds: self.seeds.as_ref(),
             colors: Arc::clone(&self.colors),
             scene: &self.scene,
             camera: &self.camera,
@@ -63,6 +63,7 @@ impl Still {
             hidden: &self.hidden,
             scalar: None,
             surface_scalar: None,
+            disagrees: None,
             lit: Vec::new(),
             ghosts: Vec::new(),
             marked: None,
