@@ -39,6 +39,8 @@ pub struct TestNumber {
     pub threshold: Option<f64>,
     /// May be empty.
     pub unit: String,
+    /// Whether it speaks for the merge, where it decides.
+    pub is_good: Option<bool>,
     /// What it is and which side of the threshold is good, for a tooltip.
     pub meaning: String,
 }

@@ -7,7 +7,6 @@ use super::messages::{self, Level};
 use super::timeline::Timeline;
 use super::{Effect, Session};
 use crate::geometry::SampledPart;
-use crate::inference::Occurrence;
 use crate::worker::{Activity, Cause, Command, Event, LoadedShape, Snapshot};
 
 /// Measurements that are kept.
@@ -61,7 +60,11 @@ impl Session {
                 self.messages.dismiss_errors();
                 self.messages.push(Level::Note, format!("Wrote the {what} to {}", path.display()), "");
             }
-            Event::Failed { what, error } => self.messages.push(Level::Error, what, error),
+            Event::Failed { what, error } => {
+                self.is_judging = false;
+                self.settle_draft();
+                self.messages.push(Level::Error, what, error);
+            }
         }
         Vec::new()
     }
@@ -127,19 +130,11 @@ impl Session {
         } else {
             self.timeline.push(Arc::clone(&snapshot));
         }
-        for occurrence in &snapshot.occurrences {
-            if let Occurrence::Merged(report) = occurrence {
-                // The selection goes on with what it has become.
-                for id in [report.merged.0, report.merged.1] {
-                    if id != report.into && self.selection.remove(&id) {
-                        self.selection.insert(report.into);
-                    }
-                }
-            }
-        }
+        self.follow_selection(&snapshot.occurrences);
         if !snapshot.occurrences.is_empty() {
             let text = messages::of_step(&snapshot);
             self.messages.push(Level::Detail, text, "");
+            self.tell_edits(&snapshot.occurrences);
             self.dismiss_answered();
         }
         if follows || snapshot.cause == Cause::Start {
@@ -154,6 +149,7 @@ impl Session {
         let present: BTreeSet<u32> = self.primitives().iter().map(|p| p.id).collect();
         self.selection.retain(|id| present.contains(id));
         self.hidden.retain(|id| present.contains(id));
+        self.settle_draft();
     }
 
     /// The work that was asked for has succeeded: what went wrong before it

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use nalgebra::{Point3, Vector2};
 
 use super::scene::UpAxis;
+use super::shaping::ShapeDraft;
 use super::view::{Layer, SurfaceStyle, ThemeChoice};
 use crate::inference::{Edit, Method, Params};
 use crate::worker::{Pace, SamplingOptions};
@@ -25,6 +26,9 @@ pub enum Action {
     SetPace(Pace),
     /// A slider was let go, or has been held still for a while.
     HandRests,
+    /// Shows what the hand makes of a primitive; the end of the gesture makes it
+    /// an edit.
+    DraftShape(ShapeDraft),
     /// The hand has let go of whatever it dragged: what comes next is another
     /// step for undo.
     EndGesture,
@@ -211,11 +215,15 @@ verbs! {
     Redo: Edit, ctrl_shift('Z'), "Redo", "Make the change again that was taken back last";
     MergeSelected: Edit, plain(Key::Char('J')), "Merge selected",
         "Join the selected primitives in one, fitted to all their points, whatever the test says";
+    JudgeMerge: Edit, shift(Key::Char('J')), "Judge this merge…",
+        "Fit one primitive to the two selected, and show what the test says of it";
     SplitSelected: Edit, plain(Key::Char('D')), "Split", "Divide the selected primitive in two and fit both";
     DeleteSelected: Edit, plain(Key::Delete), "Delete", "Remove the selected primitives; their points stay without one";
     RefitSelected: Edit, plain(Key::Char('U')), "Refit", "Fit the selected primitive to its points anew";
     LockSelected: Edit, plain(Key::Char('K')), "Lock or unlock",
         "The sampler leaves locked primitives and their points alone, also when the run starts over";
+    DropShape: Edit, plain(Key::Escape), "Cancel the change",
+        "Give the primitive that is being dragged its shape back";
     NewCluster: Edit, plain(Key::Char('C')), "New cluster from points",
         "Make the selected points a cluster of their own, with a primitive fitted to them";
     BelongTogether: Edit, plain(Key::Char('G')), "These belong together",
@@ -231,7 +239,8 @@ verbs! {
         "Propose the best pair of primitives to merge, with the numbers of the test; then accept or skip it";
     AcceptMerge: Run, plain(Key::Enter), "Accept", "Make the proposed merge and look for the next";
     SkipMerge: Run, plain(Key::Char('S')), "Skip", "Leave this pair apart and look for the next";
-    DropMerge: Run, None, "Stop merging", "Leave the merge that is proposed and propose no other";
+    DropMerge: Run, plain(Key::Escape), "Stop merging",
+        "Leave the merge that is proposed and propose no other";
     MergeAll: Run, shift(Key::Char('M')), "Merge all",
         "Merge pair after pair until no pair may be merged";
     Reset: Run, plain(Key::Backspace), "Reset", "Back to the start, with the present parameters and seed";

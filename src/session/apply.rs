@@ -52,7 +52,11 @@ impl Session {
                 self.timeline.remove(id);
                 return self.show_timeline();
             }
-            Action::EndGesture => self.undo.end_gesture(),
+            Action::DraftShape(draft) => self.take_draft(draft),
+            Action::EndGesture => {
+                self.undo.end_gesture();
+                return self.end_shaping();
+            }
             Action::SaveScreenshot(path) => return vec![Effect::SaveScreenshot(path)],
             Action::SetParams(params) => return self.take_setup(params, self.sampling),
             Action::SetMethod(method) => {
@@ -117,9 +121,15 @@ impl Session {
             }
             Verb::StepIteration => return self.work(Command::StepIteration, Activity::Running),
             Verb::StepMerge => {
-                self.skipped.clear();
+                self.drop_proposal();
                 return self.propose(None);
             }
+            Verb::JudgeMerge => {
+                if let [a, b] = self.selection.iter().copied().collect::<Vec<_>>()[..] {
+                    return self.propose(Some((a, b)));
+                }
+            }
+            Verb::DropShape => self.drop_draft(),
             Verb::AcceptMerge => return self.accept_merge(),
             Verb::SkipMerge => return self.skip_merge(),
             Verb::DropMerge => self.drop_proposal(),

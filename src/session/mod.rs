@@ -17,11 +17,14 @@ pub mod action;
 mod apply;
 pub mod camera;
 pub mod document;
+mod edited;
 mod enabled;
 mod hand;
 pub mod live;
+mod merging;
 pub mod messages;
 pub mod scene;
+pub mod shaping;
 pub mod timeline;
 pub mod undo;
 pub mod view;
@@ -33,8 +36,10 @@ pub use action::{Action, Export, Verb};
 use camera::Camera;
 use document::Document;
 use live::Live;
+use merging::Decision;
 use messages::Messages;
 use scene::{SceneFromInput, UpAxis};
+use shaping::Shaping;
 use timeline::Timeline;
 use undo::Undo;
 use view::View;
@@ -85,6 +90,14 @@ pub struct Session {
     pub proposal: Option<Box<MergeProposal>>,
     /// Pairs that were passed over since the last decision to merge, by ids.
     skipped: Vec<(u32, u32)>,
+    /// What has been decided on the merges that were proposed.
+    decisions: Vec<Decision>,
+    /// A merge is being judged.
+    is_judging: bool,
+    /// The primitive under the hand.
+    shaping: Option<Shaping>,
+    /// The turns about x, y and z of the primitive, by id, that was turned last.
+    last_angles: Option<(u32, [f64; 3])>,
     /// States that were measured, the last one last.
     measured: Vec<Arc<Measurement>>,
     /// Key of the state that the worker goes on from.
@@ -122,6 +135,10 @@ impl Session {
             selected_points: Arc::default(),
             proposal: None,
             skipped: Vec::new(),
+            decisions: Vec::new(),
+            is_judging: false,
+            shaping: None,
+            last_angles: None,
             measured: Vec::new(),
             worker_at: None,
             measuring: None,

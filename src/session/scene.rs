@@ -68,6 +68,11 @@ impl SceneFromInput {
         }
     }
 
+    /// Centre of the shape's box, in input units.
+    pub fn center(&self) -> Point3<f64> {
+        self.center
+    }
+
     /// Scene units an input unit.
     pub fn scale(&self) -> f64 {
         self.scale

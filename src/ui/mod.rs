@@ -15,6 +15,7 @@ mod dialogs;
 mod figures;
 mod keys;
 mod menu;
+mod merging;
 mod overlays;
 mod primitives;
 mod progress;
@@ -26,6 +27,7 @@ mod widgets;
 use dialogs::Dialogs;
 pub use dialogs::Purpose;
 use overlays::Overlays;
+use primitives::Primitives;
 use viewport::Viewport;
 
 /// Widths of the side panels in logical pixels.
@@ -43,6 +45,7 @@ pub struct Interface {
     viewport: Viewport,
     dialogs: Dialogs,
     overlays: Overlays,
+    primitives: Primitives,
     /// When what a run is made from was last changed, in seconds, and the frames
     /// without a movement since.
     turned_at: f64,
@@ -60,6 +63,7 @@ impl Interface {
             viewport: Viewport::new(state),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
+            primitives: Primitives::default(),
             turned_at: 0.0,
             still_frames: 0,
             is_in_gesture: false,
@@ -94,7 +98,7 @@ impl Interface {
             });
         });
         Panel::right("primitives").frame(side).exact_size(RIGHT).resizable(false).show(ui, |ui| {
-            primitives::show(ui, session, &mut actions);
+            self.primitives.show(ui, session, &mut actions);
         });
         Panel::bottom("progress").frame(below).show(ui, |ui| progress::show(ui, session));
         let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
@@ -102,6 +106,7 @@ impl Interface {
             self.viewport.show(ui, session, &mut actions);
             rect
         });
+        merging::show(&ctx, session, area.inner, &mut actions);
         self.overlays.show(&ctx, session, area.inner, &mut actions);
         self.dialogs.show(&ctx, &mut actions);
         self.watch_hand(&ctx, session, &mut actions);
