@@ -27,6 +27,7 @@ struct Frame {
     ghost_color: vec4<f32>,
     selected_color: vec4<f32>,
     hovered_color: vec4<f32>,
+    lit_color: vec4<f32>,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;

@@ -103,15 +103,18 @@ fn fs_main(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
 
     if (frame.flags.z > 0.5) {
         let uv = position.xy * frame.size.zw;
-        let own = textureSampleLevel(mask, mask_sampler, uv, 0.0).xy;
+        let own = textureSampleLevel(mask, mask_sampler, uv, 0.0).xyz;
         var around = own;
         for (var k = 0; k < 16; k++) {
             let angle = f32(k) * 0.39269908;
             let reach = vec2<f32>(cos(angle), sin(angle)) * 2.3 * frame.params.x;
             let there = uv + reach * frame.size.zw;
-            around = max(around, textureSampleLevel(mask, mask_sampler, there, 0.0).xy);
+            around = max(around, textureSampleLevel(mask, mask_sampler, there, 0.0).xyz);
         }
-        let edge = clamp(around - own, vec2<f32>(0.0), vec2<f32>(1.0));
+        let edge = clamp(around - own, vec3<f32>(0.0), vec3<f32>(1.0));
+        let lit = edge.z * frame.lit_color.a;
+        color = mix(color, frame.lit_color.rgb, lit);
+        alpha = mix(alpha, 1.0, lit);
         let selected = edge.y * frame.selected_color.a;
         color = mix(color, frame.selected_color.rgb, selected);
         alpha = mix(alpha, 1.0, selected);

@@ -1,5 +1,5 @@
 // Silhouettes of highlighted primitives: red where hovered, green where
-// selected. The composition draws outlines around them.
+// selected, blue where lit. The composition draws outlines around them.
 
 struct Varyings {
     @builtin(position) position: vec4<f32>,
@@ -16,5 +16,5 @@ fn vs_main(@location(0) position: vec3<f32>, @location(3) look: vec4<f32>) -> Va
 
 @fragment
 fn fs_main(in: Varyings) -> @location(0) vec4<f32> {
-    return vec4<f32>(in.look.y, in.look.z, 0.0, 1.0);
+    return vec4<f32>(in.look.yzw, 1.0);
 }

@@ -5,7 +5,10 @@ struct Varyings {
     // in pixels from the centre
     @location(0) offset: vec2<f32>,
     @location(1) @interpolate(flat) radius: f32,
+    // the alpha of a selected point is a half
     @location(2) @interpolate(flat) color: vec4<f32>,
+    // width of the ring around a selected point, in pixels
+    @location(3) @interpolate(flat) ring: f32,
 }
 
 @vertex
@@ -27,12 +30,17 @@ fn vs_main(
         // Nearer points are larger, but less so than true spheres would be.
         diameter *= clamp(sqrt(frame.flags.x / depth), 0.4, 3.0);
     }
-    let radius = max(0.5 * diameter, 0.5);
+    var radius = max(0.5 * diameter, 0.5);
+    out.ring = 0.0;
+    if (color.a < 0.75) {
+        radius = max(1.15 * radius, 1.6 * frame.params.x);
+        out.ring = 1.3 * frame.params.x;
+    }
     // Like a ball, the splat stands out of the surface that it lies on.
-    let lifted = view + view_direction(view) * radius * units_per_pixel(depth);
+    let lifted = view + view_direction(view) * (radius + out.ring) * units_per_pixel(depth);
     let clip = frame.clip_from_view * vec4<f32>(lifted, 1.0);
     let unit = vec2<f32>(f32(corner & 1u), f32(corner >> 1u)) * 2.0 - 1.0;
-    let offset = unit * (radius + 0.75);
+    let offset = unit * (radius + out.ring + 0.75);
     out.position = vec4<f32>(clip.xy + offset * 2.0 * frame.size.zw * clip.w, clip.zw);
     out.offset = offset;
     out.radius = radius;
@@ -41,7 +49,13 @@ fn vs_main(
 }
 
 fn shaded(in: Varyings) -> vec3<f32> {
-    let albedo = linear_from_srgb(in.color.rgb);
+    let is_selected = in.ring > 0.0;
+    let albedo = linear_from_srgb(select(in.color.rgb, frame.selected_color.rgb, is_selected));
+    let beyond = length(in.offset) - in.radius;
+    if (is_selected && beyond > -0.5) {
+        let inner = srgb_from_linear(albedo);
+        return mix(inner, vec3<f32>(0.05, 0.045, 0.04), clamp(beyond + 0.5, 0.0, 1.0));
+    }
     let xy = in.offset / max(in.radius, 0.5);
     let n = normalize(vec3<f32>(xy * 0.9, sqrt(max(1.0 - 0.81 * dot(xy, xy), 0.05))));
     let ball = studio(albedo, n, vec3<f32>(0.0, 0.0, 1.0), 0.5);
@@ -52,7 +66,7 @@ fn shaded(in: Varyings) -> vec3<f32> {
 // The edge's alpha becomes coverage of the pixel's samples.
 @fragment
 fn fs_coverage(in: Varyings) -> @location(0) vec4<f32> {
-    let alpha = clamp(in.radius + 0.5 - length(in.offset), 0.0, 1.0);
+    let alpha = clamp(in.radius + in.ring + 0.5 - length(in.offset), 0.0, 1.0);
     if (alpha <= 0.0) {
         discard;
     }
@@ -62,7 +76,7 @@ fn fs_coverage(in: Varyings) -> @location(0) vec4<f32> {
 // With one sample a pixel the edge is hard.
 @fragment
 fn fs_hard(in: Varyings) -> @location(0) vec4<f32> {
-    if (length(in.offset) > in.radius) {
+    if (length(in.offset) > in.radius + in.ring) {
         discard;
     }
     return vec4<f32>(shaded(in), 1.0);

@@ -7,6 +7,8 @@ struct Varyings {
     @location(2) color: vec4<f32>,
     // x: brightened
     @location(3) look: vec4<f32>,
+    // over the primitive's colour, by its alpha
+    @location(4) paint: vec4<f32>,
 }
 
 @vertex
@@ -15,6 +17,7 @@ fn vs_main(
     @location(1) normal: vec3<f32>,
     @location(2) color: vec4<f32>,
     @location(3) look: vec4<f32>,
+    @location(4) paint: vec4<f32>,
 ) -> Varyings {
     var out: Varyings;
     let view = frame.view_from_world * vec4<f32>(position, 1.0);
@@ -23,11 +26,12 @@ fn vs_main(
     out.normal = (frame.view_from_world * vec4<f32>(normal, 0.0)).xyz;
     out.color = color;
     out.look = look;
+    out.paint = vec4<f32>(paint.rgb * paint.a, paint.a);
     return out;
 }
 
 fn lit(in: Varyings, n: vec3<f32>, v: vec3<f32>, gloss: f32) -> vec3<f32> {
-    let albedo = linear_from_srgb(in.color.rgb);
+    let albedo = linear_from_srgb(in.color.rgb * (1.0 - in.paint.a) + in.paint.rgb);
     let brighter = mix(albedo, vec3<f32>(1.0), 0.18 * in.look.x);
     return srgb_from_linear(studio(brighter, n, v, gloss));
 }
@@ -57,4 +61,19 @@ fn fs_translucent_back(in: Varyings) -> @location(0) vec4<f32> {
     let v = view_direction(in.view);
     let alpha = 0.6 * density(n, v, frame.params.z * in.color.a);
     return vec4<f32>(lit(in, n, v, 0.0) * 0.8 * alpha, alpha);
+}
+
+// Something that is not there yet: stripes on the screen, and a dense rim.
+@fragment
+fn fs_ghost(in: Varyings) -> @location(0) vec4<f32> {
+    let n = normalize(in.normal);
+    let v = view_direction(in.view);
+    let edge = pow(1.0 - clamp(abs(dot(n, v)), 0.0, 1.0), 2.5);
+    let period = 9.0 * frame.params.x * frame.grid_v.w;
+    let across = fract((in.position.x + in.position.y) / period) * period;
+    let half_width = 0.16 * period;
+    let stripe = clamp(half_width + 0.5 - abs(across - 0.5 * period), 0.0, 1.0);
+    let alpha = frame.selected_color.a * clamp(0.08 + 0.34 * stripe + 0.75 * edge, 0.0, 1.0);
+    let shade = 0.8 + 0.2 * n.y;
+    return vec4<f32>(frame.selected_color.rgb * shade * alpha, alpha);
 }

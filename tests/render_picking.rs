@@ -26,7 +26,7 @@ fn frame(camera: CameraMatrices) -> Frame {
 }
 
 fn primitive(id: u32, shape: Superquadric) -> PrimitiveInstance {
-    PrimitiveInstance { id, shape, color: [255; 4], visible: true, highlight: Highlight::None }
+    PrimitiveInstance { id, shape, color: [255; 4], visible: true, highlight: Highlight::None, ghost: false }
 }
 
 fn sphere(id: u32, z: f64, radius: f64) -> PrimitiveInstance {

@@ -55,6 +55,7 @@ fn sphere(id: u32, center: [f64; 3], radius: f64, color: [u8; 4]) -> PrimitiveIn
         color,
         visible: true,
         highlight: Highlight::None,
+        ghost: false,
     }
 }
 
@@ -462,6 +463,7 @@ fn chair() -> Vec<PrimitiveInstance> {
         color: [palette[i][0], palette[i][1], palette[i][2], 255],
         visible: true,
         highlight: if i == 8 { Highlight::Selected } else { Highlight::None },
+        ghost: false,
     };
     shapes.into_iter().enumerate().map(instance).collect()
 }

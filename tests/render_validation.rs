@@ -50,6 +50,7 @@ fn fill(renderer: &mut Renderer, device: &wgpu::Device, queue: &wgpu::Queue) {
         color: [200, 100, 50, 255],
         visible: true,
         highlight,
+        ghost: false,
     };
     let broken = PrimitiveInstance {
         shape: Superquadric::sphere(Point3::new(f64::NAN, 0.0, 0.0), 0.3),

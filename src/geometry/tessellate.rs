@@ -220,6 +220,9 @@ impl Default for Resolution {
 }
 
 impl Resolution {
+    /// What the screen shows, and what a colour a vertex is given for.
+    pub const SCREEN: Self = Self { profile: 16, section: 16 };
+
     fn even(self) -> (usize, usize) {
         ((self.profile.max(2) + 1) & !1, (self.section.max(2) + 1) & !1)
     }

@@ -202,6 +202,8 @@ pub struct SceneTheme {
     pub selected: [f32; 4],
     /// Outline of the hovered primitive.
     pub hovered: [f32; 4],
+    /// Outline of primitives that something is told about.
+    pub lit: [f32; 4],
 }
 
 impl SceneTheme {
@@ -216,6 +218,7 @@ impl SceneTheme {
             ghost: [0.78, 0.84, 0.92, 0.07],
             selected: [1.0, 0.72, 0.22, 1.0],
             hovered: [1.0, 1.0, 1.0, 0.9],
+            lit: [0.36, 0.86, 1.0, 1.0],
         }
     }
 
@@ -230,6 +233,7 @@ impl SceneTheme {
             ghost: [0.25, 0.31, 0.4, 0.06],
             selected: [0.93, 0.46, 0.0, 1.0],
             hovered: [0.1, 0.12, 0.15, 0.9],
+            lit: [0.0, 0.5, 0.78, 1.0],
         }
     }
 }
@@ -243,6 +247,9 @@ pub enum Highlight {
     Hovered,
     /// Selected: outlined in [`SceneTheme::selected`].
     Selected,
+    /// Told about, such as one of a pair that may be merged: outlined in
+    /// [`SceneTheme::lit`].
+    Lit,
 }
 
 /// One primitive to draw.
@@ -256,6 +263,21 @@ pub struct PrimitiveInstance {
     pub color: [u8; 4],
     pub visible: bool,
     pub highlight: Highlight,
+    /// Something that is not there yet: hatched, in the colour of what is
+    /// selected, around what is there, and never picked. A ghost may have the
+    /// id of a primitive.
+    pub ghost: bool,
+}
+
+/// Colours of a primitive's surface, one for each vertex that
+/// [`surface_vertices`](crate::geometry::tessellate::surface_vertices) gives
+/// for [`Resolution::SCREEN`](crate::geometry::tessellate::Resolution::SCREEN),
+/// in that order; alpha mixes them over the primitive's own colour.
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfacePaint {
+    /// Of the primitive.
+    pub id: u32,
+    pub colors: Vec<[u8; 4]>,
 }
 
 /// A straight line of constant width on the screen.

@@ -63,6 +63,7 @@ pub(super) struct FrameUniforms {
     ghost_color: [f32; 4],
     selected_color: [f32; 4],
     hovered_color: [f32; 4],
+    lit_color: [f32; 4],
 }
 
 impl FrameUniforms {
@@ -98,17 +99,19 @@ impl FrameUniforms {
             ghost_color: frame.theme.ghost,
             selected_color: frame.theme.selected,
             hovered_color: frame.theme.hovered,
+            lit_color: frame.theme.lit,
         }
     }
 }
 
 /// The look of a highlight as the surface shaders take it: brightened,
-/// hovered mask, selected mask.
+/// hovered mask, selected mask, lit mask.
 pub(super) fn look(highlight: Highlight) -> [u8; 4] {
     match highlight {
         Highlight::None => [0, 0, 0, 0],
         Highlight::Hovered => [255, 255, 0, 0],
         Highlight::Selected => [110, 0, 255, 0],
+        Highlight::Lit => [170, 0, 0, 255],
     }
 }
 

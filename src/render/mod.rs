@@ -14,9 +14,12 @@
 //!
 //! # Colours
 //! All colours are sRGB-encoded (what a colour picker shows). Bytes are not
-//! premultiplied; a point with alpha 0 is not drawn.
+//! premultiplied; a point with alpha 0 is not drawn, one with
+//! alpha 128 is selected.
 
 mod blit;
+mod capture;
+pub mod colormap;
 mod composite;
 mod frame;
 mod gpu;
@@ -27,14 +30,17 @@ mod offscreen;
 pub mod picking;
 mod point_index;
 mod points;
+pub mod region;
 mod renderer;
 mod surfaces;
 
+pub use capture::Capture;
 pub use frame::{
     Background, CameraMatrices, Frame, Grid, Highlight, InputStyle, Layers, LineSegment, PrimitiveInstance,
-    Ray, SceneTheme, SurfaceStyle,
+    Ray, SceneTheme, SurfacePaint, SurfaceStyle,
 };
 pub use offscreen::{Offscreen, OffscreenError};
 pub use picking::{Pick, PickId, PickScene};
 pub use point_index::PointIndex;
+pub use region::Region;
 pub use renderer::{RenderOptions, Renderer};

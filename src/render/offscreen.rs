@@ -1,5 +1,6 @@
 //! Pictures without a window.
 
+use super::capture::Capture;
 use super::frame::Frame;
 use super::renderer::{RenderOptions, Renderer};
 
@@ -62,60 +63,10 @@ impl Offscreen {
     }
 
     /// Draws a frame; the pixels have straight (not premultiplied) alpha.
+    ///
+    /// # Errors
+    /// Where the size can't be drawn or the driver gives no picture.
     pub fn render(&mut self, frame: &Frame) -> Result<image::RgbaImage, OffscreenError> {
-        let [width, height] = frame.size_px;
-        let limit = self.device.limits().max_texture_dimension_2d;
-        if width == 0 || height == 0 || width > limit || height > limit {
-            return Err(OffscreenError::Size { width, height, limit });
-        }
-        let mut encoder = self.device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        self.renderer.prepare(&self.device, &self.queue, &mut encoder, frame);
-        let unread = || OffscreenError::Read("nothing was drawn".to_owned());
-        let picture = self.renderer.picture().ok_or_else(unread)?;
-
-        let row = 4 * width;
-        let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
-        let buffer = self.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("picture"),
-            size: u64::from(padded) * u64::from(height),
-            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
-            mapped_at_creation: false,
-        });
-        encoder.copy_texture_to_buffer(
-            picture.as_image_copy(),
-            wgpu::TexelCopyBufferInfo {
-                buffer: &buffer,
-                layout: wgpu::TexelCopyBufferLayout {
-                    offset: 0,
-                    bytes_per_row: Some(padded),
-                    rows_per_image: None,
-                },
-            },
-            wgpu::Extent3d { width, height, depth_or_array_layers: 1 },
-        );
-        self.queue.submit([encoder.finish()]);
-
-        let (sender, receiver) = std::sync::mpsc::sync_channel(1);
-        buffer.map_async(wgpu::MapMode::Read, .., move |result| {
-            // The receiver outlives the wait below.
-            let _ = sender.send(result);
-        });
-        let read = |e: &dyn std::fmt::Display| OffscreenError::Read(e.to_string());
-        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| read(&e))?;
-        receiver.recv().map_err(|e| read(&e))?.map_err(|e| read(&e))?;
-        let bytes = buffer.get_mapped_range(..).map_err(|e| read(&e))?;
-        let mut pixels = Vec::with_capacity((row * height) as usize);
-        for line in bytes.chunks(padded as usize) {
-            pixels.extend_from_slice(&line[..row as usize]);
-        }
-        for pixel in pixels.as_chunks_mut::<4>().0 {
-            let alpha = u32::from(pixel[3]);
-            if alpha != 0 && alpha != 255 {
-                for c in &mut pixel[..3] {
-                    *c = ((u32::from(*c) * 255 + alpha / 2) / alpha).min(255) as u8;
-                }
-            }
-        }
-        image::RgbaImage::from_raw(width, height, pixels).ok_or_else(unread)
+        Capture::begin(&mut self.renderer, &self.device, &self.queue, frame)?.wait(&self.device)
     }
 }

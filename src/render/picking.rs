@@ -69,14 +69,25 @@ pub fn pick(scene: &PickScene<'_>, frame: &Frame, pixel: Vec2) -> Option<Pick> {
     }
 }
 
+/// Radius of a point that is drawn at a depth along the view, in pixels; as
+/// points.wgsl has it.
+pub(super) fn point_radius(frame: &Frame, depth: f32) -> f32 {
+    let radius = 0.5 * frame.point_size * frame.pixels_per_point.max(0.25);
+    let reference = (-frame.camera.view_from_world.w_axis.z).max(0.3);
+    let growth = if frame.camera.is_orthographic() {
+        1.0
+    } else {
+        (reference / depth.max(1e-6)).sqrt().clamp(0.4, LARGEST)
+    };
+    (radius * growth).max(0.5)
+}
+
 /// The point nearest to the camera of those drawn over the pixel; failing
 /// that, of those within the tolerance.
 fn nearest_point(scene: &PickScene<'_>, frame: &Frame, pixel: Vec2) -> Option<Pick> {
     let size = Vec2::new(frame.size_px[0] as f32, frame.size_px[1] as f32);
     let scale = frame.pixels_per_point.max(0.25);
     let radius = 0.5 * frame.point_size * scale;
-    let orthographic = frame.camera.is_orthographic();
-    let reference = (-frame.camera.view_from_world.w_axis.z).max(0.3);
     let clip_from_world = frame.camera.clip_from_world();
     let [row_x, row_y, row_z, row_w] = [0, 1, 2, 3].map(|i| clip_from_world.row(i));
     let depth_row = -frame.camera.view_from_world.row(2);
@@ -107,9 +118,8 @@ fn nearest_point(scene: &PickScene<'_>, frame: &Frame, pixel: Vec2) -> Option<Pi
             return;
         }
         let depth = along(depth_row);
-        let growth = if orthographic { 1.0 } else { (reference / depth).sqrt().clamp(0.4, LARGEST) };
         let distance = dx.hypot(dy) / w;
-        let best = if distance <= (radius * growth).max(0.5) + 0.5 {
+        let best = if distance <= point_radius(frame, depth) + 0.5 {
             &mut over
         } else if distance <= TOLERANCE * scale {
             &mut near
@@ -133,14 +143,14 @@ fn nearest_point(scene: &PickScene<'_>, frame: &Frame, pixel: Vec2) -> Option<Pi
 fn nearest_primitive(primitives: &[PrimitiveInstance], ray: &Ray) -> Option<Pick> {
     primitives
         .iter()
-        .filter(|p| p.visible && p.shape.is_valid())
+        .filter(|p| p.visible && !p.ghost && p.shape.is_valid())
         .filter_map(|p| Some((hit(&p.shape, ray)?, p.id)))
         .min_by(|a, b| a.0.total_cmp(&b.0))
         .map(|(t, id)| Pick { id: PickId::Primitive(id), position: ray.origin + ray.direction * t as f32 })
 }
 
 /// Distance along the ray to the first point on the body.
-fn hit(shape: &Superquadric, ray: &Ray) -> Option<f64> {
+pub(super) fn hit(shape: &Superquadric, ray: &Ray) -> Option<f64> {
     let origin = Point3::from(ray.origin.as_dvec3().to_array());
     let direction = Vector3::from(ray.direction.as_dvec3().to_array());
     let local_origin = shape.local(&origin);

@@ -2,7 +2,7 @@
 
 use super::blit::Blit;
 use super::composite::{Composite, Targets};
-use super::frame::{Frame, InputStyle, LineSegment, PrimitiveInstance, SurfaceStyle};
+use super::frame::{Frame, InputStyle, LineSegment, PrimitiveInstance, SurfacePaint, SurfaceStyle};
 use super::gpu::{self, FrameUniforms, Recipe, Sampling};
 use super::grid::GridPlane;
 use super::lines::Lines;
@@ -83,6 +83,17 @@ impl Renderer {
         }
     }
 
+    /// The largest side of a picture, in pixels.
+    pub fn largest_side(&self, device: &wgpu::Device) -> u32 {
+        device.limits().max_texture_dimension_2d / self.sampling.scale()
+    }
+
+    /// Gives back the textures, which the next frame makes anew.
+    pub fn release(&mut self) {
+        self.targets = None;
+        self.shown = None;
+    }
+
     /// The options in force.
     pub fn options(&self) -> RenderOptions {
         self.options
@@ -96,7 +107,8 @@ impl Renderer {
     }
 
     /// Colours the points, one colour a point in their order; surplus colours
-    /// are ignored, missing ones leave the old. Alpha 0 hides a point.
+    /// are ignored, missing ones leave the old. Alpha 0 hides a point,
+    /// one of 128 marks it as selected.
     pub fn set_point_colors(&mut self, queue: &wgpu::Queue, colors: &[[u8; 4]]) {
         self.points.set_colors(queue, colors);
         self.shown = None;
@@ -128,6 +140,14 @@ impl Renderer {
         self.shown = None;
     }
 
+    /// Paints the surfaces of primitives that were set before, and takes the
+    /// paint off those that are not named; one whose shape changes loses it. A
+    /// paint of another length than the surface has vertices is left out.
+    pub fn set_paint(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, paint: &[SurfacePaint]) {
+        self.surfaces.set_paint(device, queue, paint);
+        self.shown = None;
+    }
+
     /// How many shapes were tessellated so far.
     pub fn tessellations(&self) -> u64 {
         self.surfaces.tessellations()
@@ -151,8 +171,7 @@ impl Renderer {
         if self.shown.as_ref() == Some(frame) {
             return false;
         }
-        let limit = device.limits().max_texture_dimension_2d / self.sampling.scale();
-        let size = frame.size_px.map(|s| s.min(limit));
+        let size = frame.size_px.map(|s| s.min(self.largest_side(device)));
         if size.contains(&0) {
             self.targets = None;
             self.shown = None;
@@ -226,6 +245,9 @@ impl Renderer {
                 SurfaceStyle::Translucent => self.surfaces.draw_translucent(&mut pass, frame),
                 SurfaceStyle::Wire => self.surfaces.draw_wires(&mut pass, &self.lines),
             }
+        }
+        if layers.primitives {
+            self.surfaces.draw_ghosts(&mut pass);
         }
         if layers.input && frame.input_style == InputStyle::Ghost {
             self.mesh.draw(&mut pass, true);

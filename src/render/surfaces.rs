@@ -3,13 +3,13 @@
 
 use std::collections::HashMap;
 
-use super::frame::{Frame, Highlight, PrimitiveInstance};
+use super::frame::{Frame, Highlight, PrimitiveInstance, SurfacePaint};
 use super::gpu::{self, Depth, Drawing, ElementBuffer, Recipe};
 use super::lines::{Lines, Segment};
 use crate::geometry::Superquadric;
 use crate::geometry::tessellate::{Resolution, parameter_lines, surface_vertices};
 
-const RESOLUTION: Resolution = Resolution { profile: 16, section: 16 };
+const RESOLUTION: Resolution = Resolution::SCREEN;
 const WIRES: Resolution = Resolution { profile: 4, section: 4 };
 
 #[repr(C)]
@@ -34,6 +34,19 @@ struct Uploaded {
     vertices: ElementBuffer,
     /// Parameter lines, made when they are first asked for, and their colour.
     wires: Option<([u8; 4], Highlight, ElementBuffer)>,
+    /// A colour a vertex, where it was given.
+    paint: Option<ElementBuffer>,
+}
+
+/// A ghost may have the id of a primitive.
+type Key = (u32, bool);
+
+fn key(instance: &PrimitiveInstance) -> Key {
+    (instance.id, instance.ghost)
+}
+
+fn paint_buffer() -> ElementBuffer {
+    ElementBuffer::new("primitive paint", wgpu::BufferUsages::VERTEX, 4)
 }
 
 #[derive(Debug)]
@@ -41,11 +54,14 @@ pub(super) struct Surfaces {
     solid: wgpu::RenderPipeline,
     back: wgpu::RenderPipeline,
     front: wgpu::RenderPipeline,
+    ghost: wgpu::RenderPipeline,
     mask: wgpu::RenderPipeline,
     /// All primitives have the same faces.
     faces: ElementBuffer,
     looks: ElementBuffer,
-    uploaded: HashMap<u32, Uploaded>,
+    /// The paint of those that have none.
+    no_paint: ElementBuffer,
+    uploaded: HashMap<Key, Uploaded>,
     instances: Vec<PrimitiveInstance>,
     /// Scratch memory of a tessellation.
     vertices: Vec<Vertex>,
@@ -56,6 +72,7 @@ impl Surfaces {
     pub(super) fn new(recipe: &Recipe<'_>) -> Self {
         let vertex = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3];
         let look = wgpu::vertex_attr_array![2 => Unorm8x4, 3 => Unorm8x4];
+        let paint = wgpu::vertex_attr_array![4 => Unorm8x4];
         let buffers = [
             Some(wgpu::VertexBufferLayout {
                 array_stride: size_of::<Vertex>() as u64,
@@ -66,6 +83,11 @@ impl Surfaces {
                 array_stride: size_of::<Look>() as u64,
                 step_mode: wgpu::VertexStepMode::Instance,
                 attributes: &look,
+            }),
+            Some(wgpu::VertexBufferLayout {
+                array_stride: 4,
+                step_mode: wgpu::VertexStepMode::Vertex,
+                attributes: &paint,
             }),
         ];
         let solid = Drawing {
@@ -86,11 +108,12 @@ impl Surfaces {
             depth: Depth::Test,
             ..solid
         };
+        let ghost = Drawing { label: "ghosts", fragment: "fs_ghost", ..front.clone() };
         let back = Drawing {
             label: "translucent backs",
             fragment: "fs_translucent_back",
             cull: Some(wgpu::Face::Front),
-            ..front
+            ..front.clone()
         };
         let max =
             wgpu::BlendComponent { operation: wgpu::BlendOperation::Max, ..wgpu::BlendComponent::REPLACE };
@@ -111,6 +134,7 @@ impl Surfaces {
             solid: recipe.pipeline(&solid),
             back: recipe.pipeline(&back),
             front: recipe.pipeline(&front),
+            ghost: recipe.pipeline(&ghost),
             mask: recipe.pipeline(&mask),
             faces: ElementBuffer::new("primitive faces", wgpu::BufferUsages::INDEX, 4),
             looks: ElementBuffer::new(
@@ -118,6 +142,7 @@ impl Surfaces {
                 wgpu::BufferUsages::VERTEX,
                 size_of::<Look>() as u64,
             ),
+            no_paint: paint_buffer(),
             uploaded: HashMap::new(),
             instances: Vec::new(),
             vertices: Vec::new(),
@@ -140,15 +165,16 @@ impl Surfaces {
         self.instances.extend(instances.iter().filter(|i| i.shape.is_valid()));
         if self.faces.len() == 0 {
             self.faces.write(device, queue, &RESOLUTION.faces());
+            self.no_paint.write(device, queue, &vec![[0_u8; 4]; RESOLUTION.vertices()]);
         }
         let looks: Vec<_> =
             self.instances.iter().map(|i| Look { color: i.color, look: gpu::look(i.highlight) }).collect();
         self.looks.write(device, queue, &looks);
 
-        let kept: std::collections::HashSet<u32> = self.instances.iter().map(|i| i.id).collect();
-        self.uploaded.retain(|id, _| kept.contains(id));
+        let kept: std::collections::HashSet<Key> = self.instances.iter().map(key).collect();
+        self.uploaded.retain(|key, _| kept.contains(key));
         for instance in &self.instances {
-            let known = self.uploaded.get(&instance.id);
+            let known = self.uploaded.get(&key(instance));
             if known.is_some_and(|u| u.shape == instance.shape) {
                 continue;
             }
@@ -158,7 +184,7 @@ impl Surfaces {
                 normal: [n.x as f32, n.y as f32, n.z as f32],
             }));
             self.tessellations += 1;
-            let entry = self.uploaded.entry(instance.id).or_insert_with(|| Uploaded {
+            let entry = self.uploaded.entry(key(instance)).or_insert_with(|| Uploaded {
                 shape: instance.shape,
                 vertices: ElementBuffer::new(
                     "primitive vertices",
@@ -166,29 +192,58 @@ impl Surfaces {
                     size_of::<Vertex>() as u64,
                 ),
                 wires: None,
+                paint: None,
             });
             entry.shape = instance.shape;
             entry.wires = None;
+            // It was for another surface.
+            entry.paint = None;
             entry.vertices.write(device, queue, &self.vertices);
+        }
+    }
+
+    /// Paints the surfaces that are named, and takes the paint off the others.
+    pub(super) fn set_paint(&mut self, device: &wgpu::Device, queue: &wgpu::Queue, paint: &[SurfacePaint]) {
+        for ((id, ghost), uploaded) in &mut self.uploaded {
+            let given =
+                paint.iter().find(|p| p.id == *id && !ghost && p.colors.len() == RESOLUTION.vertices());
+            let Some(given) = given else {
+                uploaded.paint = None;
+                continue;
+            };
+            uploaded.paint.get_or_insert_with(paint_buffer).write(device, queue, &given.colors);
         }
     }
 
     /// Whether a visible primitive wants an outline.
     pub(super) fn has_outlines(&self) -> bool {
-        self.instances.iter().any(|i| i.visible && i.highlight != Highlight::None)
+        self.visible().any(|i| self.instances[i].highlight != Highlight::None)
     }
 
     fn draw_one(&self, pass: &mut wgpu::RenderPass<'_>, index: usize) {
-        let vertices = self.uploaded.get(&self.instances[index].id).and_then(|u| u.vertices.slice());
-        if let (Some(vertices), Some(look)) = (vertices, self.looks.element(index as u32)) {
+        let Some(uploaded) = self.uploaded.get(&key(&self.instances[index])) else { return };
+        let paint = uploaded.paint.as_ref().unwrap_or(&self.no_paint);
+        let buffers = (uploaded.vertices.slice(), self.looks.element(index as u32), paint.slice());
+        if let (Some(vertices), Some(look), Some(paint)) = buffers {
             pass.set_vertex_buffer(0, vertices);
             pass.set_vertex_buffer(1, look);
+            pass.set_vertex_buffer(2, paint);
             pass.draw_indexed(0..3 * (RESOLUTION.faces_len() as u32), 0, 0..1);
         }
     }
 
     fn visible(&self) -> impl Iterator<Item = usize> {
-        (0..self.instances.len()).filter(|&i| self.instances[i].visible)
+        (0..self.instances.len()).filter(|&i| self.instances[i].visible && !self.instances[i].ghost)
+    }
+
+    /// What is not there yet, over all that is.
+    pub(super) fn draw_ghosts(&self, pass: &mut wgpu::RenderPass<'_>) {
+        if self.set_faces(pass) {
+            pass.set_pipeline(&self.ghost);
+            let ghosts =
+                (0..self.instances.len()).filter(|&i| self.instances[i].visible && self.instances[i].ghost);
+            ghosts.for_each(|i| self.draw_one(pass, i));
+        }
     }
 
     fn set_faces(&self, pass: &mut wgpu::RenderPass<'_>) -> bool {
@@ -234,8 +289,8 @@ impl Surfaces {
 
     /// Makes the parameter lines that are still missing.
     pub(super) fn prepare_wires(&mut self, device: &wgpu::Device, queue: &wgpu::Queue) {
-        for instance in self.instances.iter().filter(|i| i.visible) {
-            let Some(uploaded) = self.uploaded.get_mut(&instance.id) else { continue };
+        for instance in self.instances.iter().filter(|i| i.visible && !i.ghost) {
+            let Some(uploaded) = self.uploaded.get_mut(&key(instance)) else { continue };
             let same =
                 |w: &([u8; 4], Highlight, ElementBuffer)| (w.0, w.1) == (instance.color, instance.highlight);
             if uploaded.wires.as_ref().is_some_and(same) {
@@ -264,7 +319,7 @@ impl Surfaces {
     pub(super) fn draw_wires(&self, pass: &mut wgpu::RenderPass<'_>, lines: &Lines) {
         for i in self.visible() {
             if let Some((_, _, wires)) =
-                self.uploaded.get(&self.instances[i].id).and_then(|u| u.wires.as_ref())
+                self.uploaded.get(&key(&self.instances[i])).and_then(|u| u.wires.as_ref())
             {
                 lines.draw(pass, wires);
             }

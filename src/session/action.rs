@@ -7,8 +7,9 @@ use std::path::PathBuf;
 use nalgebra::{Point3, Vector2};
 
 use super::scene::UpAxis;
+use super::selection::Select;
 use super::shaping::ShapeDraft;
-use super::view::{Layer, SurfaceStyle, ThemeChoice};
+use super::view::{ColorBy, Layer, SurfaceStyle, ThemeChoice};
 use crate::inference::{Edit, Method, Params};
 use crate::worker::{Pace, SamplingOptions};
 
@@ -46,11 +47,24 @@ pub enum Action {
     Select(Option<u32>),
     /// Adds a primitive to the selection, or takes it out.
     ToggleSelected(u32),
+    /// Changes the selection of primitives, by their ids.
+    SelectPrimitives {
+        ids: Vec<u32>,
+        how: Select,
+    },
+    /// Changes the selection of samples, by their indices.
+    SelectPoints {
+        samples: Vec<u32>,
+        how: Select,
+    },
     SetPrimitiveVisible(u32, bool),
     SetLayer(Layer, bool),
     SetSurfaceStyle(SurfaceStyle),
     /// Diameter in logical pixels.
     SetPointSize(f32),
+    SetColorBy(ColorBy),
+    /// Whether boxes and lassos leave out what is hidden behind something else.
+    SetVisibleOnly(bool),
     SetUpAxis(UpAxis),
     /// Angles in radians.
     Orbit {
@@ -269,6 +283,13 @@ verbs! {
     ViewBottom: View, ctrl('7'), "Bottom", "Look from below";
     ToggleOrthographic: View, plain(Key::Char('5')), "Orthographic",
         "Parallel projection instead of perspective";
+    ToolClick: View, plain(Key::Char('W')), "Click select", "Left drag orbits, a click selects";
+    ToolBox: View, plain(Key::Char('B')), "Box select",
+        "Left drag draws a box and selects what is in it; Shift adds, Ctrl takes away, Alt orbits, Esc ends";
+    ToolLasso: View, Some(Shortcut { ctrl: false, shift: true, alt: false, key: Key::Char('B') }), "Lasso select",
+        "Left drag goes around what is to be selected; Shift adds, Ctrl takes away, Alt orbits, Esc ends";
+    TogglePicks: View, plain(Key::Char('P')), "Select points",
+        "Clicks, boxes and lassos select single points instead of primitives";
     Deselect: View, plain(Key::Escape), "Deselect", "Select nothing";
     HideSelected: View, plain(Key::Char('H')), "Hide selected", "Hide the selected primitives";
     ShowAll: View, Some(Shortcut { ctrl: false, shift: false, alt: true, key: Key::Char('H') }),
@@ -299,6 +320,8 @@ pub const MOUSE: &[(&str, &str)] = &[
     ("Wheel", "Zoom to the cursor"),
     ("Click", "Select a primitive or the primitive of a point"),
     ("Shift+click", "Add to the selection"),
+    ("Ctrl+click", "Take out of the selection"),
+    ("Alt+left drag", "Orbit, with any tool"),
     ("Double-click", "Orbit around that place"),
     ("Drop a file", "Open it"),
 ];

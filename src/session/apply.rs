@@ -1,5 +1,6 @@
 //! What a person asks for.
 
+use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -7,7 +8,7 @@ use super::camera::{AxisView, Bounds, Camera};
 use super::messages::Level;
 use super::scene::SceneFromInput;
 use super::undo::Undoable;
-use super::view::{ThemeChoice, View};
+use super::view::{Picks, ThemeChoice, Tool, View};
 use super::{Action, Effect, Export, Session, Verb};
 use crate::inference::Params;
 use crate::worker::{Activity, Command, Source};
@@ -75,6 +76,15 @@ impl Session {
                     self.selection.insert(id);
                 }
             }
+            Action::SelectPrimitives { ids, how } => {
+                let present = self.primitives().iter().map(|p| p.id).collect::<BTreeSet<_>>();
+                let meant = ids.into_iter().filter(|id| present.contains(id)).collect();
+                how.apply_to_set(&mut self.selection, meant);
+            }
+            Action::SelectPoints { samples, how } => {
+                let count = self.loaded.as_ref().map_or(0, |l| l.cloud.points.len());
+                self.selected_points = how.apply_to_list(&self.selected_points, samples, count);
+            }
             Action::SetPrimitiveVisible(id, true) => {
                 self.hidden.remove(&id);
             }
@@ -86,6 +96,8 @@ impl Session {
             Action::SetPointSize(size) => {
                 self.view.point_size = size.clamp(View::POINT_SIZE.0, View::POINT_SIZE.1);
             }
+            Action::SetColorBy(by) => self.view.color_by = by,
+            Action::SetVisibleOnly(on) => self.view.visible_only = on,
             Action::SetUpAxis(up) => {
                 self.view.up = up;
                 self.refit_scene();
@@ -94,7 +106,7 @@ impl Session {
             Action::Orbit { right, up } => self.camera.orbit(right, up),
             Action::Pan(offset) => self.camera.pan(offset),
             Action::Zoom { cursor, factor } => self.camera.zoom_to(cursor, factor),
-            Action::SetPivot(point) => self.camera.set_pivot(point),
+            Action::SetPivot(point) => self.jump(|camera| camera.set_pivot(point)),
             Action::SetAspect(aspect) => self.set_aspect(aspect),
             Action::DismissErrors => self.messages.dismiss_errors(),
             Action::Tell { what, error } => self.messages.push(Level::Error, what, error),
@@ -163,21 +175,30 @@ impl Session {
             Verb::Resample => return self.command(Command::Resample(self.sampling), Activity::Loading),
             Verb::ToggleLive => return self.set_live(!self.live.is_on),
             Verb::FrameSelection => {
-                let selected = self.primitives().iter().filter(|p| self.selection.contains(&p.id));
-                let boxes = selected.filter_map(|p| self.scene.bounds_of(&p.shape));
-                let corners = boxes.flat_map(|b| [b.min, b.max]);
-                if let Some(bounds) = Bounds::around(corners.collect::<Vec<_>>()) {
-                    self.camera.frame(&bounds);
+                if let Some(bounds) = self.selection_bounds() {
+                    self.jump(|camera| camera.frame(&bounds));
                 }
             }
-            Verb::FrameAll => self.camera.frame(&self.scene.bounds),
-            Verb::ViewFront => self.camera.look(AxisView::Front),
-            Verb::ViewBack => self.camera.look(AxisView::Back),
-            Verb::ViewRight => self.camera.look(AxisView::Right),
-            Verb::ViewLeft => self.camera.look(AxisView::Left),
-            Verb::ViewTop => self.camera.look(AxisView::Top),
-            Verb::ViewBottom => self.camera.look(AxisView::Bottom),
+            Verb::FrameAll => {
+                let bounds = self.scene.bounds;
+                self.jump(|camera| camera.frame(&bounds));
+            }
+            Verb::ViewFront => self.jump(|camera| camera.look(AxisView::Front)),
+            Verb::ViewBack => self.jump(|camera| camera.look(AxisView::Back)),
+            Verb::ViewRight => self.jump(|camera| camera.look(AxisView::Right)),
+            Verb::ViewLeft => self.jump(|camera| camera.look(AxisView::Left)),
+            Verb::ViewTop => self.jump(|camera| camera.look(AxisView::Top)),
+            Verb::ViewBottom => self.jump(|camera| camera.look(AxisView::Bottom)),
             Verb::ToggleOrthographic => self.camera.orthographic ^= true,
+            Verb::ToolClick => self.view.tool = Tool::Click,
+            Verb::ToolBox => self.view.tool = Tool::Box,
+            Verb::ToolLasso => self.view.tool = Tool::Lasso,
+            Verb::TogglePicks => {
+                self.view.picks = match self.view.picks {
+                    Picks::Primitives => Picks::Points,
+                    Picks::Points => Picks::Primitives,
+                };
+            }
             Verb::Deselect => {
                 self.selection.clear();
                 self.selected_points = Arc::default();
@@ -225,6 +246,23 @@ impl Session {
         self.run_when_loaded = true;
         self.expect(Activity::Loading);
         Command::Load { source, sampling: self.sampling }
+    }
+
+    /// Moves the camera to another place at once.
+    fn jump(&mut self, to: impl FnOnce(&mut Camera)) {
+        self.camera_jumps += 1;
+        to(&mut self.camera);
+    }
+
+    /// The box around the selected primitives and points, in scene units.
+    fn selection_bounds(&self) -> Option<Bounds> {
+        let selected = self.primitives().iter().filter(|p| self.selection.contains(&p.id));
+        let boxes = selected.filter_map(|p| self.scene.bounds_of(&p.shape));
+        let points = self.loaded.iter().flat_map(|loaded| {
+            let samples = self.selected_points.iter();
+            samples.filter_map(|&i| loaded.cloud.points.get(i as usize)).map(|p| self.scene.point(p))
+        });
+        Bounds::around(boxes.flat_map(|b| [b.min, b.max]).chain(points).collect::<Vec<_>>())
     }
 
     fn set_aspect(&mut self, aspect: f64) {

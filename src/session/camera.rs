@@ -21,6 +21,34 @@ pub enum AxisView {
     Bottom,
 }
 
+impl AxisView {
+    pub const ALL: [Self; 6] = [Self::Front, Self::Back, Self::Right, Self::Left, Self::Top, Self::Bottom];
+
+    /// Unit vector from the shape to the eye, in scene space.
+    pub fn towards_eye(self) -> Vector3<f64> {
+        match self {
+            Self::Front => Vector3::z(),
+            Self::Back => -Vector3::z(),
+            Self::Right => Vector3::x(),
+            Self::Left => -Vector3::x(),
+            Self::Top => Vector3::y(),
+            Self::Bottom => -Vector3::y(),
+        }
+    }
+
+    /// The view from the opposite side.
+    pub fn opposite(self) -> Self {
+        match self {
+            Self::Front => Self::Back,
+            Self::Back => Self::Front,
+            Self::Right => Self::Left,
+            Self::Left => Self::Right,
+            Self::Top => Self::Bottom,
+            Self::Bottom => Self::Top,
+        }
+    }
+}
+
 /// An axis-aligned box.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
@@ -179,6 +207,28 @@ impl Camera {
         };
     }
 
+    /// The camera a `share` in [0, 1] of the way to another, the short way round.
+    pub fn towards(&self, other: &Self, share: f64) -> Self {
+        use std::f64::consts::{PI, TAU};
+        let turn = (other.yaw - self.yaw + PI).rem_euclid(TAU) - PI;
+        Self {
+            target: self.target + (other.target - self.target) * share,
+            distance: self.distance * (other.distance / self.distance).powf(share),
+            yaw: (self.yaw + turn * share).rem_euclid(TAU),
+            pitch: self.pitch + (other.pitch - self.pitch) * share,
+            ..*other
+        }
+    }
+
+    /// The view along an axis that the camera has, if it has one.
+    pub fn axis_view(&self) -> Option<AxisView> {
+        AxisView::ALL.into_iter().find(|view| {
+            let mut there = *self;
+            there.look(*view);
+            (there.forward() - self.forward()).norm() < 1e-6 && (there.up() - self.up()).norm() < 1e-6
+        })
+    }
+
     /// Where a scene point is seen, in [−1, 1]² within the picture, y up;
     /// `None` at or behind the eye.
     pub fn project(&self, point: &Point3<f64>) -> Option<Vector2<f64>> {
@@ -255,6 +305,21 @@ mod tests {
         }
 
         #[test]
+        fn a_way_to_another_camera_has_both_at_its_ends_and_turns_the_short_way(
+            a in any_camera(), b in any_camera(), share in 0.0..1.0,
+        ) {
+            let close = |x: &Camera, y: &Camera| {
+                (x.eye() - y.eye()).norm() < 1e-6 && (x.target - y.target).norm() < 1e-9
+            };
+            prop_assert!(close(&a.towards(&b, 0.0), &Camera { orthographic: b.orthographic, ..a }));
+            prop_assert!(close(&a.towards(&b, 1.0), &b));
+            let between = a.towards(&b, share);
+            let turned = |x: f64, y: f64| ((x - y).sin().atan2((x - y).cos())).abs();
+            prop_assert!(turned(a.yaw, between.yaw) <= turned(a.yaw, b.yaw) + 1e-9);
+            prop_assert!(between.distance >= a.distance.min(b.distance) - 1e-9);
+        }
+
+        #[test]
         fn orbiting_keeps_the_target_and_the_distance(camera in any_camera(), a in -9.0..9.0, b in -9.0..9.0) {
             let mut orbited = camera;
             orbited.orbit(a, b);
@@ -278,6 +343,9 @@ mod tests {
             camera.look(view);
             assert!((camera.forward() + eye).norm() < 1e-12, "{view:?}");
             assert!((camera.up() - up).norm() < 1e-12, "{view:?}");
+            assert_eq!(camera.axis_view(), Some(view));
+            assert_eq!(view.towards_eye(), eye);
+            assert_eq!(view.opposite().towards_eye(), -eye);
         }
     }
 

@@ -1,6 +1,6 @@
 //! What can be asked for now, and why not.
 
-use super::view::ThemeChoice;
+use super::view::{Picks, ThemeChoice, Tool};
 use super::{Session, Verb};
 use crate::inference::{Algorithm, Phase};
 use crate::worker::Activity;
@@ -38,7 +38,8 @@ impl Session {
                     && !self.live.is_renewing()
                     && self.loaded.as_ref().is_some_and(|l| l.sampling != self.sampling)
             }
-            Verb::FrameSelection | Verb::HideSelected => !self.selection.is_empty(),
+            Verb::HideSelected => !self.selection.is_empty(),
+            Verb::FrameSelection => !self.selection.is_empty() || !self.selected_points.is_empty(),
             Verb::Deselect => {
                 let is_free = self.proposal.is_none() && !self.is_shaping();
                 is_free && !(self.selection.is_empty() && self.selected_points.is_empty())
@@ -74,6 +75,10 @@ impl Session {
             Verb::ToggleOrthographic => Some(self.camera.orthographic),
             Verb::ToggleLive => Some(self.live.is_on),
             Verb::ToggleLog => Some(self.view.shows_log),
+            Verb::ToolClick => Some(self.view.tool == Tool::Click),
+            Verb::ToolBox => Some(self.view.tool == Tool::Box),
+            Verb::ToolLasso => Some(self.view.tool == Tool::Lasso),
+            Verb::TogglePicks => Some(self.view.picks == Picks::Points),
             Verb::ThemeSystem => Some(self.view.theme == ThemeChoice::System),
             Verb::ThemeLight => Some(self.view.theme == ThemeChoice::Light),
             Verb::ThemeDark => Some(self.view.theme == ThemeChoice::Dark),

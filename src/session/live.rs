@@ -129,6 +129,10 @@ impl Session {
     pub(super) fn absorb_renewed(&mut self, renewed: &Renewed) {
         let Some(last) = renewed.states.last() else { return };
         let is_same_cloud = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(l, &renewed.loaded));
+        if !is_same_cloud {
+            // Indices of samples mean nothing among others.
+            self.selected_points = Arc::default();
+        }
         // Other samples of the same shape leave the scene where it is.
         self.loaded = Some(Arc::clone(&renewed.loaded));
         if let (true, Some(before)) = (is_same_cloud, &self.snapshot) {

@@ -23,7 +23,9 @@ mod hand;
 pub mod live;
 mod merging;
 pub mod messages;
+pub mod scalar;
 pub mod scene;
+pub mod selection;
 pub mod shaping;
 pub mod timeline;
 pub mod undo;
@@ -76,6 +78,8 @@ pub struct Session {
     pub activity: Activity,
     pub view: View,
     pub camera: Camera,
+    /// Counts the camera's moves that no drag made: a view may ease them.
+    pub camera_jumps: u64,
     pub scene: SceneFromInput,
     /// Ids of the selected primitives.
     pub selection: BTreeSet<u32>,
@@ -127,6 +131,7 @@ impl Session {
             activity: Activity::Idle,
             view: View::default(),
             camera: Camera::default(),
+            camera_jumps: 0,
             scene: SceneFromInput::fit(&[], UpAxis::Y),
             selection: BTreeSet::new(),
             hidden: BTreeSet::new(),

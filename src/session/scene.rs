@@ -7,7 +7,8 @@ use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
 use rayon::prelude::*;
 
 use super::camera::Bounds;
-use crate::geometry::palette::UNASSIGNED_COLOR;
+use super::scalar::Scalar;
+use crate::geometry::palette::{Colors, UNASSIGNED_COLOR};
 use crate::geometry::{NO_SAMPLE, Superquadric};
 use crate::inference::UNASSIGNED;
 use crate::io::ShapeGeometry;
@@ -22,6 +23,9 @@ pub enum UpAxis {
     /// As in most scans and CAD files.
     Z,
 }
+
+/// Points that tell nothing.
+const PLAIN_COLOR: [u8; 3] = [198, 204, 212];
 
 /// scene = scale · R · (input − center), R a turn that brings the up axis to y.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -110,35 +114,74 @@ pub fn sample_of_shown(loaded: &LoadedShape, shown: usize) -> Option<usize> {
     }
 }
 
-/// The colours of the shown points, RGBA in sRGB encoding: those of the
-/// primitives that the samples' `labels` name, transparent where they are
-/// `hidden`, grey where there is none.
+/// The alpha that marks a selected point in the colours of points; 0 hides
+/// one, 255 is the usual.
+pub const SELECTED_ALPHA: u8 = 128;
+
+/// What the colours of points tell.
+#[derive(Debug, Clone, Copy)]
+pub enum Paint<'a> {
+    /// The primitive of each.
+    Clusters(&'a Colors),
+    /// What the file says; grey where it says nothing.
+    Input,
+    /// Nothing.
+    Plain,
+    /// A number of each sample, through a colour map from [0, 1].
+    Scalar(&'a Scalar, fn(f32) -> [u8; 3]),
+}
+
+/// The colours of the shown points, RGBA in sRGB encoding, as `paint` has it:
+/// transparent where the sample's label is among `hidden`, grey where there is
+/// nothing to tell, with [`SELECTED_ALPHA`] where the sample is `selected`
+/// (ascending indices).
 pub fn shown_colors(
     loaded: &LoadedShape,
     labels: &[u32],
     hidden: &BTreeSet<u32>,
-    color_of: impl Fn(u32) -> [u8; 3],
+    selected: &[u32],
+    paint: Paint<'_>,
 ) -> Vec<[u8; 4]> {
     let [r, g, b] = UNASSIGNED_COLOR;
     let unassigned = [r, g, b, 255];
-    let color = |label: u32| match label {
-        UNASSIGNED => unassigned,
-        id if !hidden.is_empty() && hidden.contains(&id) => [0; 4],
-        id => {
-            let [r, g, b] = color_of(id);
-            [r, g, b, 255]
+    let opaque = |[r, g, b]: [u8; 3]| [r, g, b, 255];
+    let color = |sample: usize| {
+        let label = labels.get(sample).copied().unwrap_or(UNASSIGNED);
+        if label != UNASSIGNED && !hidden.is_empty() && hidden.contains(&label) {
+            return [0; 4];
+        }
+        match paint {
+            Paint::Clusters(colors) if label != UNASSIGNED => opaque(colors.of(label)),
+            Paint::Scalar(scalar, map) => scalar.share(sample).map_or(unassigned, |share| opaque(map(share))),
+            Paint::Plain => opaque(PLAIN_COLOR),
+            Paint::Clusters(_) | Paint::Input => unassigned,
         }
     };
-    let of_samples: Vec<[u8; 4]> = labels.iter().map(|&label| color(label)).collect();
-    match &loaded.cloud.sample_of_input {
-        None => of_samples,
-        Some(map) => map
-            .par_iter()
-            .with_min_len(1 << 14)
-            // A point without a sample is in range of nothing.
-            .map(|&sample| of_samples.get(sample as usize).copied().unwrap_or(unassigned))
-            .collect(),
+    let mut of_samples: Vec<[u8; 4]> =
+        (0..loaded.cloud.points.len()).into_par_iter().with_min_len(1 << 14).map(color).collect();
+    for &sample in selected {
+        if let Some(c) = of_samples.get_mut(sample as usize).filter(|c| c[3] != 0) {
+            c[3] = SELECTED_ALPHA;
+        }
     }
+    let in_file = match (&loaded.shape.geometry, paint) {
+        (ShapeGeometry::Cloud(cloud), Paint::Input) => cloud.colors.as_deref(),
+        _ => None,
+    };
+    let Some(map) = &loaded.cloud.sample_of_input else { return of_samples };
+    // A point without a sample is in range of nothing.
+    let alone = if matches!(paint, Paint::Plain) { opaque(PLAIN_COLOR) } else { unassigned };
+    (map, 0..map.len())
+        .into_par_iter()
+        .with_min_len(1 << 14)
+        .map(|(&sample, i)| {
+            let color = of_samples.get(sample as usize).copied().unwrap_or(alone);
+            match in_file.and_then(|colors| colors.get(i)) {
+                Some(&[r, g, b]) => [r, g, b, color[3]],
+                None => color,
+            }
+        })
+        .collect()
 }
 
 #[cfg(test)]

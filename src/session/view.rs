@@ -43,6 +43,77 @@ impl SurfaceStyle {
     }
 }
 
+/// What a drag with the left button does in the viewport.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Tool {
+    /// Orbits; a click selects.
+    #[default]
+    Click,
+    /// Draws a box and selects what is in it.
+    Box,
+    /// Draws a line around what is to be selected.
+    Lasso,
+}
+
+impl Tool {
+    pub const ALL: [Self; 3] = [Self::Click, Self::Box, Self::Lasso];
+}
+
+/// What clicks, boxes and lassos select.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Picks {
+    #[default]
+    Primitives,
+    Points,
+}
+
+/// What the colour of a point tells.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+pub enum ColorBy {
+    /// The primitive that the point belongs to.
+    #[default]
+    Cluster,
+    /// The colour in the file.
+    Input,
+    /// Nothing.
+    Plain,
+    /// The distance to the surface of the point's own primitive.
+    OwnDistance,
+    /// The distance to the nearest primitive's surface.
+    NearestDistance,
+}
+
+impl ColorBy {
+    pub const ALL: [Self; 5] =
+        [Self::Cluster, Self::Input, Self::Plain, Self::OwnDistance, Self::NearestDistance];
+
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Cluster => "Cluster",
+            Self::Input => "Input colour",
+            Self::Plain => "Plain",
+            Self::OwnDistance => "Error",
+            Self::NearestDistance => "Nearest surface",
+        }
+    }
+
+    pub fn tooltip(self) -> &'static str {
+        match self {
+            Self::Cluster => "Each point in the colour of its primitive, its label z",
+            Self::Input => "Each point in the colour that the file gives it",
+            Self::Plain => "All points in one colour",
+            Self::OwnDistance => {
+                "The distance d from each point to the surface of its own primitive, to first order, in \
+                 the file's units"
+            }
+            Self::NearestDistance => {
+                "The distance from each point to the nearest surface of any primitive, to first order, in \
+                 the file's units"
+            }
+        }
+    }
+}
+
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum ThemeChoice {
     #[default]
@@ -62,6 +133,11 @@ pub struct View {
     pub surface_style: SurfaceStyle,
     /// Diameter of a point in logical pixels.
     pub point_size: f32,
+    pub color_by: ColorBy,
+    pub tool: Tool,
+    pub picks: Picks,
+    /// Boxes and lassos leave out what is hidden behind something else.
+    pub visible_only: bool,
     pub up: super::scene::UpAxis,
     pub theme: ThemeChoice,
     pub shows_log: bool,
@@ -88,6 +164,10 @@ impl Default for View {
             layers: [true; Layer::ALL.len()],
             surface_style: SurfaceStyle::default(),
             point_size: 3.5,
+            color_by: ColorBy::default(),
+            tool: Tool::default(),
+            picks: Picks::default(),
+            visible_only: false,
             up: super::scene::UpAxis::default(),
             theme: ThemeChoice::default(),
             shows_log: false,

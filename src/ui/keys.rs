@@ -2,6 +2,7 @@
 
 use crate::session::Session;
 use crate::session::action::{Action, Key, Shortcut, Verb};
+use crate::session::view::Tool;
 
 /// The verbs whose shortcuts were pressed in this frame and that would do
 /// something. Typing into a field presses none.
@@ -38,13 +39,14 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
     });
 }
 
-/// What closes the window that Escape closes first.
+/// What ends the window, or else the tool, that Escape ends first.
 fn topmost(session: &Session) -> Option<Verb> {
     let view = &session.view;
     [
         (view.shows_about, Verb::ShowAbout),
         (view.shows_shortcuts, Verb::ShowShortcuts),
         (view.shows_log, Verb::ToggleLog),
+        (view.tool != Tool::Click, Verb::ToolClick),
     ]
     .into_iter()
     .find_map(|(is_open, verb)| is_open.then_some(verb))

@@ -6,7 +6,6 @@ use std::time::Duration;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
-use crate::inference::Edit;
 use crate::session::Session;
 use crate::session::action::Action;
 
@@ -28,7 +27,8 @@ use dialogs::Dialogs;
 pub use dialogs::Purpose;
 use overlays::Overlays;
 use primitives::Primitives;
-use viewport::Viewport;
+use scene::SceneView;
+use viewport::{Studio, Viewport};
 
 /// Widths of the side panels in logical pixels.
 const LEFT: f32 = 290.0;
@@ -43,6 +43,8 @@ const STILL_FRAMES: u32 = 2;
 #[derive(Debug)]
 pub struct Interface {
     viewport: Viewport,
+    /// Draws what is not on screen, where there is something to draw with.
+    studio: Option<Studio>,
     dialogs: Dialogs,
     overlays: Overlays,
     primitives: Primitives,
@@ -60,7 +62,8 @@ impl Interface {
     pub fn new(ctx: &Context, state: Option<&egui_wgpu::RenderState>, system_dialogs: bool) -> Self {
         theme::install(ctx);
         Self {
-            viewport: Viewport::new(state),
+            viewport: Viewport::new(state, "3D view", true),
+            studio: state.map(Studio::new),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
             primitives: Primitives::default(),
@@ -102,8 +105,10 @@ impl Interface {
         });
         Panel::bottom("progress").frame(below).show(ui, |ui| progress::show(ui, session));
         let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
-            let rect = ui.max_rect();
-            self.viewport.show(ui, session, &mut actions);
+            ui.spacing_mut().item_spacing.y = 0.0;
+            viewport::toolbar(ui, session, &mut actions);
+            let rect = ui.available_rect_before_wrap();
+            self.viewport.show(ui, &SceneView::of(session), &mut actions);
             rect
         });
         merging::show(&ctx, session, area.inner, &mut actions);
@@ -120,7 +125,7 @@ impl Interface {
         let is_part = |action: &Action| {
             matches!(
                 action,
-                Action::SetParams(_) | Action::SetSampling(_) | Action::Edit(Edit::SetShape { .. })
+                Action::SetParams(_) | Action::SetSampling(_) | Action::DraftShape(_)
             )
         };
         self.is_in_gesture |= actions.iter().any(is_part);

@@ -1,4 +1,5 @@
-//! The data that the viewport uploads, made anew only when its source changed.
+//! What a viewport shows, and the data that it uploads for it, made anew only
+//! when its source changed.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
@@ -6,16 +7,81 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use crate::inference::UNASSIGNED;
+use crate::geometry::Superquadric;
+use crate::geometry::palette::Colors;
+use crate::inference::Primitive;
 use crate::io::ShapeGeometry;
-use crate::render::{Highlight, PickScene, PointIndex, PrimitiveInstance};
+use crate::render::colormap::viridis;
+use crate::render::{Highlight, PickScene, PointIndex, PrimitiveInstance, SurfacePaint};
 use crate::session::Session;
-use crate::session::scene::{SceneFromInput, shown_colors, shown_points};
-use crate::worker::{LoadedShape, Snapshot};
+use crate::session::camera::Camera;
+use crate::session::scalar::{Scalar, SurfaceScalar, nearest_distances, own_distances};
+use crate::session::scene::{Paint, SceneFromInput, shown_colors, shown_points};
+use crate::session::view::{ColorBy, View};
+use crate::worker::{Activity, LoadedShape, Snapshot};
 
 /// Up to this many points, what lies under the pointer is looked up as it moves
 /// also without an index.
 const QUICK_POINTS: usize = 200_000;
+/// Distances that are computed within a frame; more are in the background.
+const QUICK_DISTANCES: usize = 150_000;
+
+/// One state of a shape, as it is to be seen: what a viewport is given.
+#[derive(Debug, Clone)]
+pub(super) struct SceneView<'a> {
+    pub(super) loaded: Option<&'a Arc<LoadedShape>>,
+    pub(super) snapshot: Option<&'a Arc<Snapshot>>,
+    /// Of primitives.
+    pub(super) colors: Arc<Colors>,
+    pub(super) scene: &'a SceneFromInput,
+    pub(super) camera: &'a Camera,
+    /// A camera whose number changed has jumped, and may be eased.
+    pub(super) camera_jumps: u64,
+    pub(super) view: &'a View,
+    /// Ids of primitives.
+    pub(super) selection: &'a BTreeSet<u32>,
+    /// Indices of samples, ascending.
+    pub(super) selected_points: &'a Arc<[u32]>,
+    /// Ids of primitives.
+    pub(super) hidden: &'a BTreeSet<u32>,
+    /// What the points' colours tell instead of what the view's `color_by` says.
+    pub(super) scalar: Option<&'a Arc<Scalar>>,
+    /// What the colours of the primitives' surfaces tell.
+    pub(super) surface_scalar: Option<&'a Arc<SurfaceScalar>>,
+    /// Ids of primitives that something is told about, such as a pair that may
+    /// be merged.
+    pub(super) lit: Vec<u32>,
+    /// What is not there yet, in input units.
+    pub(super) ghosts: Vec<Superquadric>,
+    pub(super) is_loading: bool,
+}
+
+impl<'a> SceneView<'a> {
+    /// The session's present state.
+    pub(super) fn of(session: &'a Session) -> Self {
+        Self {
+            loaded: session.loaded.as_ref(),
+            snapshot: session.snapshot.as_ref(),
+            colors: session.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default(),
+            scene: &session.scene,
+            camera: &session.camera,
+            camera_jumps: session.camera_jumps,
+            view: &session.view,
+            selection: &session.selection,
+            selected_points: &session.selected_points,
+            hidden: &session.hidden,
+            scalar: None,
+            surface_scalar: None,
+            lit: session.proposal.iter().flat_map(|p| [p.pair.0, p.pair.1]).collect(),
+            ghosts: session.proposal.iter().map(|p| p.union).collect(),
+            is_loading: session.activity == Activity::Loading,
+        }
+    }
+
+    pub(super) fn primitives(&self) -> &'a [Primitive] {
+        self.snapshot.map_or(&[], |s| &s.abstraction.primitives)
+    }
+}
 
 /// Data with a number that changes when it does; 0 is no data.
 #[derive(Debug, Default)]
@@ -60,59 +126,159 @@ struct Made {
     snapshot: Option<Arc<Snapshot>>,
     hidden: BTreeSet<u32>,
     selection: BTreeSet<u32>,
+    selected_points: Arc<[u32]>,
+    colors: Arc<Colors>,
+    color_by: ColorBy,
+    scalar: Option<Arc<Scalar>>,
+    surface_scalar: Option<Arc<SurfaceScalar>>,
+    lit: Vec<u32>,
+    ghosts: Vec<Superquadric>,
     hovered: Option<u32>,
+}
+
+/// Distances of all samples, on their way.
+#[derive(Debug, Clone)]
+struct Distances {
+    shape: Arc<LoadedShape>,
+    snapshot: Arc<Snapshot>,
+    color_by: ColorBy,
+    result: Arc<OnceLock<Arc<Scalar>>>,
 }
 
 /// All data in scene units; cheap to clone.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Scene {
     made: Made,
+    distances: Option<Distances>,
+    /// What the points' colours tell, where it is a number.
+    scalar: Option<Arc<Scalar>>,
     pub(super) points: Versioned<Vec<[f32; 3]>>,
     /// That of the points, once it has been made in the background.
     index: Arc<OnceLock<PointIndex>>,
     pub(super) colors: Versioned<Vec<[u8; 4]>>,
     pub(super) mesh: Versioned<Mesh>,
     pub(super) primitives: Versioned<Vec<PrimitiveInstance>>,
+    pub(super) paint: Versioned<Vec<SurfacePaint>>,
 }
 
 impl Scene {
-    /// Takes over what has changed in the session.
-    pub(super) fn update(&mut self, session: &Session, hovered: Option<u32>) {
-        let same_transform = self.made.transform == Some(session.scene);
-        let same_shape = same(&self.made.shape, &session.loaded) && same_transform;
-        let same_snapshot = same(&self.made.snapshot, &session.snapshot) && same_shape;
-        let same_hidden = self.made.hidden == session.hidden;
-        if !same_shape {
-            self.take_shape(session);
-        }
-        if !same_snapshot || !same_hidden {
-            self.color_points(session);
-        }
-        if !same_snapshot
-            || !same_hidden
-            || self.made.selection != session.selection
-            || self.made.hovered != hovered
-        {
-            self.take_primitives(session, hovered);
-        } else {
+    /// Takes over what has changed. Numbers that take long to compute come in a
+    /// later frame of the window's; without a window they are waited for.
+    pub(super) fn update(
+        &mut self,
+        view: &SceneView<'_>,
+        hovered: Option<u32>,
+        window: Option<&egui::Context>,
+    ) {
+        let scalar = self.scalar_of(view, window);
+        let same_transform = self.made.transform.as_ref() == Some(view.scene);
+        let same_shape = same(self.made.shape.as_ref(), view.loaded) && same_transform;
+        let same_snapshot = same(self.made.snapshot.as_ref(), view.snapshot) && same_shape;
+        let same_colors = Arc::ptr_eq(&self.made.colors, &view.colors) || self.made.colors == view.colors;
+        // Both go into points and primitives.
+        let same_hidden = self.made.hidden == *view.hidden && same_colors;
+        let same_paint = self.made.color_by == view.view.color_by
+            && same(self.made.scalar.as_ref(), scalar.as_ref())
+            && Arc::ptr_eq(&self.made.selected_points, view.selected_points);
+        let same_marks = self.made.selection == *view.selection
+            && self.made.hovered == hovered
+            && self.made.lit == view.lit
+            && self.made.ghosts == view.ghosts;
+        let same_surfaces = same(self.made.surface_scalar.as_ref(), view.surface_scalar);
+        if same_snapshot && same_hidden && same_paint && same_marks && same_surfaces {
             return;
         }
+        if !same_shape {
+            self.take_shape(view);
+        }
+        if !same_snapshot || !same_hidden || !same_paint {
+            self.scalar = scalar.clone();
+            self.color_points(view);
+        }
+        if !same_snapshot || !same_hidden || !same_marks {
+            self.take_primitives(view, hovered);
+        }
+        if !same_snapshot || !same_surfaces {
+            let paint = view.surface_scalar.map_or_else(Vec::new, |scalar| paint_of(scalar));
+            self.paint.set(paint);
+        }
         self.made = Made {
-            shape: session.loaded.clone(),
-            transform: Some(session.scene),
-            snapshot: session.snapshot.clone(),
-            hidden: session.hidden.clone(),
-            selection: session.selection.clone(),
+            shape: view.loaded.cloned(),
+            transform: Some(*view.scene),
+            snapshot: view.snapshot.cloned(),
+            hidden: view.hidden.clone(),
+            selection: view.selection.clone(),
+            selected_points: Arc::clone(view.selected_points),
+            colors: Arc::clone(&view.colors),
+            color_by: view.view.color_by,
+            scalar,
+            surface_scalar: view.surface_scalar.cloned(),
+            lit: view.lit.clone(),
+            ghosts: view.ghosts.clone(),
             hovered,
         };
     }
 
-    fn take_shape(&mut self, session: &Session) {
-        let to_scene = |p: &Point3<f64>| -> [f32; 3] {
-            let p = session.scene.point(p);
-            [p.x as f32, p.y as f32, p.z as f32]
+    /// The numbers that the points' colours tell: for as long as new ones are
+    /// on their way, the last.
+    fn scalar_of(&mut self, view: &SceneView<'_>, window: Option<&egui::Context>) -> Option<Arc<Scalar>> {
+        if let Some(scalar) = view.scalar {
+            return Some(Arc::clone(scalar));
+        }
+        let color_by = view.view.color_by;
+        let (Some(shape), Some(snapshot)) = (view.loaded, view.snapshot) else { return None };
+        let is_own = match color_by {
+            ColorBy::OwnDistance => true,
+            ColorBy::NearestDistance => false,
+            ColorBy::Cluster | ColorBy::Input | ColorBy::Plain => return None,
         };
-        let Some(loaded) = &session.loaded else { return };
+        let is_known = |d: &Distances| {
+            Arc::ptr_eq(&d.shape, shape) && Arc::ptr_eq(&d.snapshot, snapshot) && d.color_by == color_by
+        };
+        // One after the other: a run that is watched makes states faster.
+        let is_busy = self.distances.as_ref().is_some_and(|d| d.result.get().is_none());
+        if !is_busy && !self.distances.as_ref().is_some_and(is_known) {
+            let result = Arc::new(OnceLock::new());
+            let (shape, snapshot, scene) = (Arc::clone(shape), Arc::clone(snapshot), *view.scene);
+            let primitives = if is_own { 1 } else { snapshot.abstraction.primitives.len() };
+            let work = {
+                let (shape, snapshot, result) =
+                    (Arc::clone(&shape), Arc::clone(&snapshot), Arc::clone(&result));
+                move || {
+                    let (points, state) = (&shape.cloud.points, &snapshot.abstraction);
+                    let scalar = if is_own {
+                        Scalar::from_zero("Error", own_distances(points, state, &scene))
+                    } else {
+                        Scalar::from_zero("To the nearest surface", nearest_distances(points, state, &scene))
+                    };
+                    result.get_or_init(|| Arc::new(scalar));
+                }
+            };
+            match window.cloned() {
+                Some(window) if shape.cloud.points.len() * primitives > QUICK_DISTANCES => {
+                    rayon::spawn(move || {
+                        work();
+                        window.request_repaint();
+                    });
+                }
+                _ => work(),
+            }
+            self.distances = Some(Distances { shape, snapshot, color_by, result });
+        }
+        let ready =
+            self.distances.as_ref().filter(|d| d.color_by == color_by && Arc::ptr_eq(&d.shape, shape));
+        let ready = ready.and_then(|d| d.result.get()).cloned();
+        // The last one stays, unless it is of other samples.
+        ready.or_else(|| {
+            let count = shape.cloud.points.len();
+            self.scalar.clone().filter(|s| self.made.color_by == color_by && s.values.len() == count)
+        })
+    }
+
+    fn take_shape(&mut self, view: &SceneView<'_>) {
+        let scene = view.scene;
+        let to_scene = |p: &Point3<f64>| -> [f32; 3] { scene.point(p).coords.map(|c| c as f32).into() };
+        let Some(loaded) = view.loaded else { return };
         self.points.set(shown_points(loaded).par_iter().with_min_len(1 << 14).map(to_scene).collect());
         self.index = Arc::default();
         let (points, index) = (Arc::clone(&self.points.data), Arc::clone(&self.index));
@@ -127,44 +293,52 @@ impl Scene {
         });
     }
 
-    fn color_points(&mut self, session: &Session) {
-        let colors = match (&session.snapshot, &session.loaded) {
-            (Some(snapshot), Some(loaded)) => {
-                shown_colors(loaded, &snapshot.abstraction.labels, &session.hidden, |id| session.color_of(id))
+    fn color_points(&mut self, view: &SceneView<'_>) {
+        let Some(loaded) = view.loaded else { return self.colors.set(Vec::new()) };
+        // Before the first state nothing is labelled.
+        let labels = view.snapshot.map_or(&[][..], |s| &s.abstraction.labels);
+        let paint = match (&self.scalar, view.view.color_by) {
+            (Some(scalar), _) => Paint::Scalar(scalar, viridis),
+            (None, ColorBy::Input) => Paint::Input,
+            (None, ColorBy::Plain) => Paint::Plain,
+            // Numbers that are not there yet.
+            (None, ColorBy::Cluster | ColorBy::OwnDistance | ColorBy::NearestDistance) => {
+                Paint::Clusters(&view.colors)
             }
-            // Nothing is labelled yet.
-            (None, Some(loaded)) => {
-                let labels = vec![UNASSIGNED; loaded.cloud.points.len()];
-                shown_colors(loaded, &labels, &session.hidden, |id| session.color_of(id))
-            }
-            (_, None) => Vec::new(),
         };
-        self.colors.set(colors);
+        self.colors.set(shown_colors(loaded, labels, view.hidden, view.selected_points, paint));
     }
 
-    fn take_primitives(&mut self, session: &Session, hovered: Option<u32>) {
-        let instances = session
-            .primitives()
-            .iter()
-            .filter(|primitive| primitive.shape.is_valid())
-            .map(|primitive| {
-                let id = primitive.id;
-                PrimitiveInstance {
-                    id,
-                    shape: session.scene.shape(&primitive.shape),
-                    color: opaque(session.color_of(id)),
-                    visible: !session.hidden.contains(&id),
-                    highlight: if session.selection.contains(&id) {
-                        Highlight::Selected
-                    } else if hovered == Some(id) {
-                        Highlight::Hovered
-                    } else {
-                        Highlight::None
-                    },
-                }
-            })
-            .collect();
-        self.primitives.set(instances);
+    fn take_primitives(&mut self, view: &SceneView<'_>, hovered: Option<u32>) {
+        let present = view.primitives().iter().filter(|primitive| primitive.shape.is_valid());
+        let instances = present.map(|primitive| {
+            let id = primitive.id;
+            PrimitiveInstance {
+                id,
+                shape: view.scene.shape(&primitive.shape),
+                color: opaque(view.colors.of(id)),
+                visible: !view.hidden.contains(&id),
+                highlight: if view.lit.contains(&id) {
+                    Highlight::Lit
+                } else if view.selection.contains(&id) {
+                    Highlight::Selected
+                } else if hovered == Some(id) {
+                    Highlight::Hovered
+                } else {
+                    Highlight::None
+                },
+                ghost: false,
+            }
+        });
+        let ghosts = (0..).zip(&view.ghosts).map(|(id, shape)| PrimitiveInstance {
+            id,
+            shape: view.scene.shape(shape),
+            color: [255; 4],
+            visible: true,
+            highlight: Highlight::None,
+            ghost: true,
+        });
+        self.primitives.set(instances.chain(ghosts).collect());
     }
 
     /// Whether what lies under the pointer is found in no time.
@@ -180,9 +354,32 @@ impl Scene {
             primitives: &self.primitives.data,
         }
     }
+
+    /// What the legend explains: its title, the range, and whether numbers lie
+    /// above it.
+    pub(super) fn legend(&self) -> Option<(&str, (f32, f32), bool)> {
+        if let Some(scalar) = &self.made.surface_scalar {
+            return Some((&scalar.title, scalar.range, scalar.exceeds_range()));
+        }
+        self.scalar.as_ref().map(|s| (s.title.as_str(), s.range, s.exceeds_range()))
+    }
 }
 
-fn same<T>(a: &Option<Arc<T>>, b: &Option<Arc<T>>) -> bool {
+fn paint_of(scalar: &SurfaceScalar) -> Vec<SurfacePaint> {
+    let paint = |(id, values): &(u32, Vec<f32>)| SurfacePaint {
+        id: *id,
+        colors: values
+            .iter()
+            .map(|&value| {
+                let [r, g, b] = viridis(scalar.share(value));
+                [r, g, b, if value.is_nan() { 0 } else { 255 }]
+            })
+            .collect(),
+    };
+    scalar.values.iter().map(paint).collect()
+}
+
+fn same<T>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
     match (a, b) {
         (Some(a), Some(b)) => Arc::ptr_eq(a, b),
         (None, None) => true,

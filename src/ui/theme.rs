@@ -25,6 +25,9 @@ pub(super) struct Palette {
     /// What floats above the viewport.
     pub(super) overlay: Color32,
     pub(super) axes: [Color32; 3],
+    /// Letters on an axis's ball, and those under the pointer.
+    pub(super) on_axis: Color32,
+    pub(super) on_axis_hot: Color32,
 }
 
 const DARK: Palette = Palette {
@@ -35,6 +38,8 @@ const DARK: Palette = Palette {
     error: Color32::from_rgb(240, 108, 96),
     overlay: Color32::from_rgb(37, 41, 47),
     axes: [Color32::from_rgb(236, 98, 96), Color32::from_rgb(126, 196, 92), Color32::from_rgb(92, 146, 240)],
+    on_axis: Color32::from_rgb(14, 16, 20),
+    on_axis_hot: Color32::from_rgb(255, 255, 255),
 };
 
 const LIGHT: Palette = Palette {
@@ -45,6 +50,8 @@ const LIGHT: Palette = Palette {
     error: Color32::from_rgb(190, 44, 36),
     overlay: Color32::from_rgb(252, 253, 254),
     axes: [Color32::from_rgb(206, 52, 52), Color32::from_rgb(62, 138, 34), Color32::from_rgb(40, 92, 206)],
+    on_axis: Color32::from_rgb(255, 255, 255),
+    on_axis_hot: Color32::from_rgb(8, 10, 14),
 };
 
 impl Palette {

@@ -131,7 +131,7 @@ impl List {
                 }
             };
             let cell = Rect::from_x_y_ranges(left..=right, rect.y_range());
-            let response = ui.interact(cell, ui.id().with(column.text()), Sense::click());
+            let response = ui.interact(cell, ui.scope_id().with(column.text()), Sense::click());
             let name = format!("Sort by {}", column.text().to_lowercase());
             response.widget_info(|| WidgetInfo::selected(Role::Button, true, is_sorted, &name));
             let color = if response.hovered() || response.has_focus() {
@@ -310,7 +310,7 @@ fn menu(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
 }
 
 fn row_id(id: u32) -> egui::Id {
-    egui::Id::new(("row of primitive", id))
+    egui::Id::unique(("row of primitive", id))
 }
 
 fn select_range(order: &[&Primitive], a: usize, b: usize, how: Select) -> Action {
@@ -348,7 +348,7 @@ fn paint_row(ui: &Ui, session: &Session, primitive: &Primitive, rect: Rect, resp
 fn lock(ui: &mut Ui, session: &Session, primitive: &Primitive, rect: Rect, is_near: bool) -> bool {
     let Primitive { id, locked, .. } = *primitive;
     let can = session.can_edit();
-    let response = ui.interact(rect, ui.id().with(("lock", id)), Sense::click());
+    let response = ui.interact(rect, ui.scope_id().with(("lock", id)), Sense::click());
     response
         .widget_info(|| WidgetInfo::selected(Role::CheckBox, can, locked, format!("Lock primitive {id}")));
     let color = if response.hovered() || response.has_focus() {

@@ -137,7 +137,6 @@ pub(super) fn show(ui: &mut Ui, session: &Session, primitive: &Primitive, action
     let mut theta = before;
     let why_fixed = session.why_fixed(primitive);
     let limits = session.shape_limits();
-    let (mut changed, mut ended) = (false, false);
     ui.spacing_mut().item_spacing.x = GAP;
     let width = (ui.available_width() - LABELS - 3.0 * GAP) / 3.0;
     for line in Line::ALL {
@@ -149,9 +148,6 @@ pub(super) fn show(ui: &mut Ui, session: &Session, primitive: &Primitive, action
                         number(ui, line, column, &mut theta, &limits, width)
                     })
                     .inner;
-                let (is_changed, is_dragged) = (response.changed(), response.dragged());
-                changed |= is_changed;
-                ended |= response.drag_stopped() || (is_changed && !is_dragged);
                 let (low, high) = line.range(&limits, column);
                 let tooltip = if matches!(line, Line::Rotation) {
                     line.tooltip().to_owned()
@@ -176,12 +172,9 @@ pub(super) fn show(ui: &mut Ui, session: &Session, primitive: &Primitive, action
         ui.ctx().stop_dragging();
         return;
     }
-    if changed && theta != before {
+    if theta != before {
         let angles = (theta.angles != before.angles).then_some(theta.angles);
         actions.push(Action::DraftShape(ShapeDraft { id: primitive.id, shape: theta.shape, angles }));
-    }
-    if ended {
-        actions.push(Action::EndGesture);
     }
 }
 

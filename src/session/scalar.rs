@@ -1,0 +1,219 @@
+//! Numbers of the samples that can be seen as colours.
+
+use nalgebra::Point3;
+use rayon::prelude::*;
+
+use super::scene::SceneFromInput;
+use crate::geometry::kernel::{PointBlock, euclidean_distances};
+use crate::inference::{Abstraction, UNASSIGNED};
+
+/// A number for each sample, with the range that the colours span.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Scalar {
+    /// What the number is, and its unit, as the legend says it.
+    pub title: String,
+    /// In the samples' order; NaN where there is none.
+    pub values: Vec<f32>,
+    /// The first and the last number with a colour of its own.
+    pub range: (f32, f32),
+}
+
+impl Scalar {
+    /// With a range from 0 to the number that all but 2 % stay below, rounded
+    /// up to one that is easy to read.
+    pub fn from_zero(title: &str, values: Vec<f32>) -> Self {
+        let mut sorted: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
+        let rank = (sorted.len().saturating_sub(1)) * 98 / 100;
+        let high = if sorted.is_empty() {
+            1.0
+        } else {
+            let (_, high, _) = sorted.select_nth_unstable_by(rank, f32::total_cmp);
+            *high
+        };
+        let high = if high > 0.0 && high.is_finite() { round_up(f64::from(high)) as f32 } else { 1.0 };
+        Self { title: title.to_owned(), values, range: (0.0, high) }
+    }
+
+    /// Where a sample's number lies in the range, within [0, 1]; `None` where
+    /// there is none.
+    pub fn share(&self, sample: usize) -> Option<f32> {
+        let value = *self.values.get(sample)?;
+        let (low, high) = self.range;
+        (!value.is_nan()).then(|| ((value - low) / (high - low)).clamp(0.0, 1.0))
+    }
+
+    /// Whether some numbers lie above the range, and share its last colour.
+    pub fn exceeds_range(&self) -> bool {
+        self.values.iter().any(|&v| v > self.range.1)
+    }
+}
+
+/// A number for each vertex of primitives' surfaces, as
+/// [`surface_vertices`](crate::geometry::tessellate::surface_vertices) gives
+/// them for [`Resolution::SCREEN`](crate::geometry::tessellate::Resolution::SCREEN).
+#[derive(Debug, Clone, PartialEq)]
+pub struct SurfaceScalar {
+    /// What the number is, and its unit, as the legend says it.
+    pub title: String,
+    /// Ids of primitives with the numbers at their vertices; NaN where there is
+    /// none.
+    pub values: Vec<(u32, Vec<f32>)>,
+    /// The first and the last number with a colour of its own.
+    pub range: (f32, f32),
+}
+
+impl SurfaceScalar {
+    /// Where a number lies in the range, within [0, 1]; NaN stays.
+    pub fn share(&self, value: f32) -> f32 {
+        let (low, high) = self.range;
+        ((value - low) / (high - low)).clamp(0.0, 1.0)
+    }
+
+    /// Whether some numbers lie above the range, and share its last colour.
+    pub fn exceeds_range(&self) -> bool {
+        self.values.iter().flat_map(|(_, values)| values).any(|&v| v > self.range.1)
+    }
+}
+
+/// The least of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten that is no less
+/// than a positive number.
+pub fn round_up(value: f64) -> f64 {
+    let power = 10_f64.powf(value.log10().floor());
+    let steps = [1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 6.0, 8.0, 10.0];
+    // What lacks only by rounding is taken as it is.
+    steps.iter().map(|s| s * power).find(|&s| s >= value * (1.0 - 1e-9)).unwrap_or(10.0 * power)
+}
+
+/// The greatest of 1, 2, 5 times a power of ten that is no more than a positive
+/// number: the length of a grid's cell.
+pub fn round_down(value: f64) -> f64 {
+    let power = 10_f64.powf(value.log10().floor());
+    let steps = [5.0, 2.0, 1.0];
+    steps.iter().map(|s| s * power).find(|&s| s <= value * (1.0 + 1e-9)).unwrap_or(power)
+}
+
+/// Samples in scene units, as the distances want them.
+fn block(samples: &[Point3<f64>], scene: &SceneFromInput) -> PointBlock {
+    samples.iter().map(|p| scene.point(p)).collect()
+}
+
+/// The first-order distance of each sample to the surface of its own primitive
+/// in input units; NaN for those without.
+pub fn own_distances(samples: &[Point3<f64>], state: &Abstraction, scene: &SceneFromInput) -> Vec<f32> {
+    let mut values = vec![f32::NAN; samples.len()];
+    let to_input = 1.0 / scene.scale() as f32;
+    let of_each: Vec<(Vec<usize>, Vec<f32>)> = state
+        .primitives
+        .par_iter()
+        .filter(|p| p.shape.is_valid() && p.id != UNASSIGNED)
+        .map(|primitive| {
+            let own: Vec<usize> =
+                (0..samples.len()).filter(|&i| state.labels.get(i) == Some(&primitive.id)).collect();
+            let block: PointBlock = own.iter().map(|&i| scene.point(&samples[i])).collect();
+            let mut distances = Vec::new();
+            euclidean_distances(&scene.shape(&primitive.shape), &block, &mut distances);
+            (own, distances)
+        })
+        .collect();
+    for (own, distances) in of_each {
+        for (i, distance) in own.into_iter().zip(distances) {
+            values[i] = distance.abs() * to_input;
+        }
+    }
+    values
+}
+
+/// The first-order distance of each sample to the nearest surface of all the
+/// primitives in input units; NaN where there is none.
+pub fn nearest_distances(samples: &[Point3<f64>], state: &Abstraction, scene: &SceneFromInput) -> Vec<f32> {
+    let block = block(samples, scene);
+    let to_input = 1.0 / scene.scale() as f32;
+    state
+        .primitives
+        .par_iter()
+        .filter(|p| p.shape.is_valid())
+        .map(|primitive| {
+            let mut distances = Vec::new();
+            euclidean_distances(&scene.shape(&primitive.shape), &block, &mut distances);
+            distances
+        })
+        .reduce(
+            || vec![f32::NAN; samples.len()],
+            // `min` takes the number where the other is none.
+            |a, b| a.into_iter().zip(b).map(|(a, b)| a.abs().min(b.abs())).collect(),
+        )
+        .into_iter()
+        .map(|d| d * to_input)
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::geometry::Superquadric;
+    use crate::inference::{Figures, Phase, Primitive};
+    use crate::session::scene::UpAxis;
+
+    fn state(centers: &[f64], labels: &[u32]) -> Abstraction {
+        let primitive = |(id, x): (usize, &f64)| Primitive {
+            id: id as u32,
+            shape: Superquadric::sphere(Point3::new(*x, 0.0, 0.0), 2.0),
+            sigma: 0.1,
+            points: 1,
+            mean_distance: 0.0,
+        };
+        Abstraction {
+            phase: Phase::Finished,
+            iteration: 1,
+            labels: labels.into(),
+            primitives: centers.iter().enumerate().map(primitive).collect::<Vec<_>>().into(),
+            figures: Figures::default(),
+        }
+    }
+
+    #[test]
+    fn distances_are_to_ones_own_or_to_the_nearest_in_input_units() {
+        // Far from the origin, and 40 units large.
+        let shift = 5e5;
+        let points: Vec<_> =
+            [3.0, 17.5, 20.0, -20.0].iter().map(|x| Point3::new(shift + x, 0.0, 0.0)).collect();
+        let scene = SceneFromInput::fit(&points, UpAxis::Z);
+        let state = state(&[shift, shift + 15.0], &[0, 1, 0, UNASSIGNED]);
+        let own = own_distances(&points, &state, &scene);
+        let nearest = nearest_distances(&points, &state, &scene);
+        for (i, (own_expected, nearest_expected)) in
+            [(1.0, 1.0), (0.5, 0.5), (18.0, 3.0), (f32::NAN, 18.0)].into_iter().enumerate()
+        {
+            assert!(
+                (own[i] - own_expected).abs() < 1e-3 || own[i].is_nan() && own_expected.is_nan(),
+                "{own:?}"
+            );
+            assert!((nearest[i] - nearest_expected).abs() < 1e-3, "{nearest:?}");
+        }
+        let nothing = Abstraction { primitives: Arc::default(), ..state };
+        assert!(nearest_distances(&points, &nothing, &scene).iter().all(|d| d.is_nan()));
+    }
+
+    #[test]
+    fn the_range_is_round_and_leaves_out_next_to_nothing() {
+        for scale in [1e-9_f32, 0.37, 1.0, 8.3e6] {
+            let values: Vec<f32> = (0..1000).map(|i| i as f32 * scale).collect();
+            let scalar = Scalar::from_zero("d", values);
+            let above = scalar.values.iter().filter(|&&v| v > scalar.range.1).count();
+            assert!(above <= 20 && scalar.range.1 <= 1500.0 * scale, "{scale}: {above}");
+            assert_eq!(scalar.exceeds_range(), above > 0);
+            assert_eq!(scalar.share(0), Some(0.0));
+        }
+        for values in [vec![], vec![f32::NAN], vec![0.0; 3]] {
+            let scalar = Scalar::from_zero("d", values);
+            assert_eq!(scalar.range, (0.0, 1.0));
+        }
+        assert_eq!(round_up(0.03), 0.03);
+        assert_eq!(round_up(0.031), 0.04);
+        for (value, expected) in [(0.13, 0.1), (0.2, 0.2), (499.0, 200.0), (1e-6, 1e-6), (7.0, 5.0)] {
+            assert!((round_down(value) / expected - 1.0).abs() < 1e-9, "{value}");
+        }
+    }
+}
