@@ -19,6 +19,7 @@
 //! | [`io`] | reading and writing files | `geometry`, `inference` |
 //! | [`worker`] | the background thread and its protocol | `inference`, `io`, `geometry` |
 //! | [`session`] | what the window knows, as plain data | `worker`, `inference`, `io`, `geometry` |
+//! | [`project`] | the session file, the journal that is kept all the time | `session`, and what it uses |
 //! | `render` | wgpu pipelines | `geometry` |
 //! | `ui` | egui panels and the viewport | `session`, `render`, and what they use |
 //! | [`cli`] | the command line | `inference`, `io`, `worker`, `geometry` |
@@ -31,6 +32,7 @@ pub mod cli;
 pub mod geometry;
 pub mod inference;
 pub mod io;
+pub mod project;
 pub mod session;
 pub mod worker;
 

@@ -23,7 +23,8 @@ pub struct SampleCloud {
 }
 
 /// What of a shape is sampled.
-#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum SampledPart {
     /// All of it, as was asked for, or because there is nothing to leave out.
     #[default]

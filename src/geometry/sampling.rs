@@ -47,7 +47,7 @@ const LEAST_SHARED: usize = 4;
 const MOST_SHARED: usize = 48;
 
 /// How a shape is turned into samples.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct SamplingOptions {
     /// Number of samples N.
     pub points: usize,

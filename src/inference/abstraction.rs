@@ -69,8 +69,17 @@ pub struct Figures {
     /// Mean Euclidean distance (first order) of the assigned samples to their
     /// primitive, in input units.
     pub mean_distance: f64,
-    /// Log of the joint density of labels and points given the primitives, in
-    /// nats; see [`super::log_joint`]. `None` where a baseline has no such model.
+    /// Log of the joint density of labels z and points x given the primitives
+    /// (normalised), in nats, as the sampler's model defines it:
+    ///
+    /// ```text
+    /// ln p(z, x | θ, σ) = ln Γ(α + w) − ln Γ(α + N) + w·ln p₀
+    ///                   + Σⱼ [ln α + ln Γ(nⱼ) + Σᵢ ln(N(d(θⱼ, xᵢ); σⱼ)·½)]
+    /// ```
+    ///
+    /// over the clusters j with nⱼ > 0 points, of N in all, w without a label.
+    /// Moving one point changes it by the log of the two weights' ratio in the
+    /// sweep, n·N·½ or (α + w)·p₀. `None` for a baseline, which has no such model.
     #[serde(default)]
     pub log_joint: Option<f64>,
 }

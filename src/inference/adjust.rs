@@ -51,8 +51,8 @@ enum Verdict {
     Remove,
 }
 
-/// Separates and splits all clusters that need it. Clusters whose points are
-/// all frozen are left alone.
+/// Separates and splits all clusters that need it. Those that are locked, and
+/// those whose points are all frozen, are left alone; pinned points stay.
 pub(crate) fn adjust(state: &mut State, params: &Params, cancel: &Cancel, occurrences: &mut Vec<Occurrence>) {
     if state.iteration < FIRST_ITERATION {
         return;
@@ -88,6 +88,9 @@ pub(crate) fn adjust(state: &mut State, params: &Params, cancel: &Cancel, occurr
 fn judge(state: &State, params: &Params, j: usize, members: &[u32], cancel: &Cancel) -> Verdict {
     let model = &state.model;
     let cluster = &state.clusters[j];
+    if cluster.locked {
+        return Verdict::Keep;
+    }
     if members.is_empty() {
         return Verdict::Remove;
     }
@@ -101,7 +104,11 @@ fn judge(state: &State, params: &Params, j: usize, members: &[u32], cancel: &Can
     let limit = if state.iteration < LATE_ITERATION { SEPARATE.0 } else { SEPARATE.1 };
     let mean_d2 = sum_squared_radial(&cluster.shape, &model.gather(members)) / members.len() as f64;
     let mut rng = stream(params.seed, Purpose::Split, state.iteration, cluster.id);
-    let mut reduce = |keep: Vec<u32>, warm: &[Superquadric], occurrence: Occurrence| {
+    let pinned: Vec<u32> = members.iter().copied().filter(|&i| state.is_pinned(i)).collect();
+    let mut reduce = |mut keep: Vec<u32>, warm: &[Superquadric], occurrence: Occurrence| {
+        keep.extend(&pinned);
+        keep.sort_unstable();
+        keep.dedup();
         let points = model.gather(&keep);
         match fit(&points, warm, model.axis_floor(), Effort::ITERATION, params.fit_distance, cancel) {
             Some(m) => {
@@ -113,7 +120,7 @@ fn judge(state: &State, params: &Params, j: usize, members: &[u32], cancel: &Can
     };
     if several && mean_d2 > limit {
         if largest.len() <= SMALLEST_CLUSTER {
-            return Verdict::Remove;
+            return if pinned.is_empty() { Verdict::Remove } else { Verdict::Keep };
         }
         return reduce(largest, &[cluster.shape], Occurrence::Separated { id: cluster.id });
     }

@@ -5,6 +5,10 @@ use serde::{Deserialize, Serialize};
 
 use super::checkpoint::Checkpoint;
 use super::frame::Frame;
+use super::method::Algorithm;
+
+/// The factor ½ of the density: noise goes to either side of the surface.
+const HALF: f64 = 0.5;
 
 /// What the sweep would draw the table of one sample from, were it the first to
 /// choose: the terms of the paper's two equations.
@@ -60,28 +64,109 @@ pub struct NewTable {
 }
 
 /// The odds of each table for one sample of `points` (in input units) in a
-/// state; `None` where there is no such sample or the state is of another
-/// cloud.
+/// state of the sampler; `None` where there is no such sample, the state is of
+/// another cloud, or a baseline's.
 pub fn explain(points: &[Point3<f64>], checkpoint: &Checkpoint, sample: u32) -> Option<Explanation> {
-    let _ = (points, checkpoint, sample);
-    None
+    let Checkpoint { params, clusters, labels, .. } = checkpoint;
+    if labels.len() != points.len() || params.algorithm != Algorithm::Sampler {
+        return None;
+    }
+    let frame = Frame::of(points)?;
+    let place = frame.normalize(points.get(sample as usize)?);
+    let label = labels[sample as usize];
+    let present = clusters.get(label as usize);
+    let mut sizes = vec![0.0; clusters.len()];
+    for &l in labels {
+        if let Some(size) = sizes.get_mut(l as usize) {
+            *size += 1.0;
+        }
+    }
+    if let Some(size) = sizes.get_mut(label as usize) {
+        *size -= 1.0;
+    }
+    let (alpha, p0) = (params.alpha, params.p0);
+    let new_weight = alpha * p0;
+    let mut tables: Vec<Odds> = clusters
+        .iter()
+        .zip(sizes)
+        .map(|(cluster, size)| {
+            let sigma = cluster.sigma;
+            let n = if cluster.locked { 0.0 } else { size };
+            let distance = cluster.shape.radial_distance(&place).abs();
+            let density = normal(distance, sigma);
+            Odds {
+                id: cluster.id,
+                n,
+                distance,
+                distance_input: frame.length(distance),
+                sigma,
+                density,
+                weight: n * density * HALF,
+                probability: 0.0,
+            }
+        })
+        .collect();
+    let total = new_weight + tables.iter().map(|t| t.weight).sum::<f64>();
+    for table in &mut tables {
+        table.probability = table.weight / total;
+    }
+    let held = if present.is_some_and(|c| c.locked) {
+        Some("its primitive is locked")
+    } else if checkpoint.pinned.binary_search(&sample).is_ok() {
+        Some("it is pinned to its primitive")
+    } else if checkpoint.frozen.binary_search(&sample).is_ok() {
+        Some("it is frozen: its primitive fits well")
+    } else {
+        None
+    };
+    Some(Explanation {
+        sample,
+        present: present.map(|c| c.id),
+        held: held.map(str::to_owned),
+        tables,
+        new: NewTable { alpha, waiting: 0.0, p0, weight: new_weight, probability: new_weight / total },
+    })
+}
+
+/// N(d; σ).
+fn normal(d: f64, sigma: f64) -> f64 {
+    (-d * d / (2.0 * sigma * sigma)).exp() / (sigma * (2.0 * std::f64::consts::PI).sqrt())
 }
 
 /// By how much lengths in input units are multiplied to be normalised; `None`
 /// where the points all coincide.
 pub fn normalised_scale(points: &[Point3<f64>]) -> Option<f64> {
-    Frame::of(points).map(|frame| 1.0 / frame.length(1.0))
+    Frame::of(points).map(|frame| frame.scale())
 }
 
 /// The number of tables that a Chinese restaurant of n guests has on average:
-/// Σ α/(α + i), i = 0 … n − 1.
+/// Σ α/(α + i), i = 0 … n − 1, which is α·(ψ(α + n) − ψ(α)).
 pub fn expected_tables(alpha: f64, n: usize) -> f64 {
-    (0..n).map(|i| alpha / (alpha + i as f64)).sum()
+    if n <= SHORT_SUM {
+        return (0..n).map(|i| alpha / (alpha + i as f64)).sum();
+    }
+    alpha * (digamma(alpha + n as f64) - digamma(alpha))
 }
 
-/// The normalised distance at which a new table draws a point as much as a
-/// table with n points and noise σ; `None` where the new one wins everywhere.
+/// Sums of so many terms are no work.
+const SHORT_SUM: usize = 64;
+
+/// ψ(x), x > 0, by its recurrence and its asymptotic series.
+fn digamma(mut x: f64) -> f64 {
+    let mut shifted = 0.0;
+    while x < 10.0 {
+        shifted -= 1.0 / x;
+        x += 1.0;
+    }
+    let y = 1.0 / (x * x);
+    let series = y * (1.0 / 12.0 - y * (1.0 / 120.0 - y * (1.0 / 252.0 - y * (1.0 / 240.0 - y / 132.0))));
+    shifted + x.ln() - 0.5 / x - series
+}
+
+/// The normalised distance at which a new table, of weight α·p₀, draws a point
+/// as much as a table with n points and noise σ, of weight n·N(d; σ)·½:
+/// d = σ·√(2 ln(n·N(0; σ)·½ / α·p₀)). `None` where the new one wins everywhere.
 pub fn new_table_distance(alpha: f64, p0: f64, n: f64, sigma: f64) -> Option<f64> {
-    let _ = (alpha, p0, n, sigma);
-    None
+    let odds = n * normal(0.0, sigma) * HALF / (alpha * p0);
+    (odds >= 1.0 && odds.is_finite()).then(|| sigma * (2.0 * odds.ln()).sqrt())
 }

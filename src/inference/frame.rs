@@ -43,6 +43,16 @@ impl Frame {
         normalised / self.scale
     }
 
+    /// Normalised length of a unit of the input.
+    pub(crate) fn scale(&self) -> f64 {
+        self.scale
+    }
+
+    /// A primitive in input units, normalised.
+    pub(crate) fn normalized_shape(&self, input: &Superquadric) -> Superquadric {
+        input.scaled(self.scale, &(-self.center * self.scale))
+    }
+
     /// A normalised primitive in input units.
     pub(crate) fn shape(&self, normalised: &Superquadric) -> Superquadric {
         normalised.scaled(1.0 / self.scale, &self.center)

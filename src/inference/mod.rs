@@ -13,6 +13,7 @@ mod explain;
 mod field;
 mod fit;
 mod frame;
+mod joint;
 mod kmeans;
 mod merge;
 pub mod method;
@@ -25,6 +26,7 @@ pub mod sampler;
 mod state;
 mod streams;
 mod sweep;
+mod thresholds;
 mod trust_region;
 mod two_way;
 mod uncertainty;
@@ -41,7 +43,7 @@ pub use proposal::{MergeProposal, TestNumber};
 pub use run::Run;
 pub use sampler::{Cancel, InferenceError, Sampler};
 pub use state::Cluster;
-pub use uncertainty::{align_labels, disagreement, label_entropy};
+pub use uncertainty::{align_labels, aligned, disagreement, label_entropy};
 
 #[cfg(test)]
 mod tests;

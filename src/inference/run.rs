@@ -41,7 +41,9 @@ impl Run {
     }
 
     /// Starts a run of `params.algorithm` on the same cloud. What depends on
-    /// the cloud alone is shared.
+    /// the cloud alone is shared. The sampler keeps locked primitives with their
+    /// id, shape, σ and points and starts its K clusters on the others; pins of
+    /// other points go. Baselines know no locks and start from nothing.
     ///
     /// # Errors
     /// As [`Run::new`].
@@ -195,6 +197,12 @@ impl Run {
     /// state is then as before the call.
     pub fn edit(&mut self, edit: &Edit, cancel: &Cancel) -> Result<Vec<Occurrence>, InferenceError> {
         self.only_sampler()?.edit(edit, cancel)
+    }
+
+    /// The least semi-axis that [`Edit::SetShape`] accepts, in input units.
+    pub fn smallest_axis(&self) -> f64 {
+        let model = &self.sampler().state.model;
+        model.frame.length(model.axis_floor())
     }
 
     /// Lets the sampler make `more` further iterations from the present state,

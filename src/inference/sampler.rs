@@ -9,6 +9,7 @@ use super::abstraction::{Abstraction, Figures, MergeReport, Occurrence, Phase, P
 use super::adjust::{self, LATE_ITERATION};
 use super::fit::{Effort, START_SHRINK, fit, sum_squared_radial};
 use super::frame::Frame;
+use super::joint::log_joint;
 use super::kmeans::kmeans;
 use super::merge::{MergeCache, merge_once};
 use super::moments::ellipsoid_of_moments;
@@ -17,6 +18,7 @@ use super::refine;
 use super::state::{Cluster, Model, SMALLEST_CLUSTER, State, distinct};
 use super::streams::{Purpose, stream};
 use super::sweep::sweep;
+use crate::geometry::kernel::Distance;
 use crate::geometry::{SampleCloud, kernel};
 
 /// Iterations between two merge passes.
@@ -76,7 +78,7 @@ impl Sampler {
     /// Starts a run: normalises the cloud and clusters it by k-means.
     pub fn new(cloud: Arc<SampleCloud>, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
         params.check().map_err(InferenceError::Params)?;
-        Self::start(Self::model_of(&cloud, cancel)?, params, cancel)
+        Self::start(State::empty(Self::model_of(&cloud, cancel)?), params, cancel)
     }
 
     /// What depends on the cloud alone.
@@ -93,32 +95,36 @@ impl Sampler {
     }
 
     /// A run from the start on the same cloud, whose neighbourhoods need not be
-    /// found again.
+    /// found again. Locked primitives stay with their id, shape, σ and points,
+    /// and the K clusters start on the other points. Pinned points of others are
+    /// let go of: what they were pinned to is gone.
     pub fn restarted(&self, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
         params.check().map_err(InferenceError::Params)?;
-        Self::start(Arc::clone(&self.state.model), params, cancel)
+        Self::start(self.state.only_locked(), params, cancel)
     }
 
-    fn start(model: Arc<Model>, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
+    /// The same without what is locked.
+    pub(super) fn anew(&self, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
+        params.check().map_err(InferenceError::Params)?;
+        Self::start(State::empty(Arc::clone(&self.state.model)), params, cancel)
+    }
+
+    /// K clusters on the points that the state has no label for.
+    fn start(mut state: State, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
         if cancel.is_requested() {
             return Err(InferenceError::Cancelled);
         }
         let mut rng = stream(params.seed, Purpose::KMeans, 0, 0);
-        let labels = kmeans(&model.points, params.clusters as usize, &mut rng);
-        let mut state = State {
-            clusters: Vec::new(),
-            frozen: vec![false; labels.len()],
-            labels,
-            iteration: 0,
-            pinned: Arc::default(),
-            next_id: 0,
-            next_revision: 0,
-            model,
-        };
-        let count = state.labels.iter().max().map_or(0, |m| *m as usize + 1);
+        let free: Vec<u32> =
+            (0u32..).zip(&state.labels).filter(|(_, l)| **l == UNASSIGNED).map(|(i, _)| i).collect();
+        let points = state.model.gather(&free);
+        let labels = kmeans(&points, params.clusters as usize, &mut rng);
+        let kept = state.clusters.len();
+        let count = labels.iter().max().map_or(0, |m| *m as usize + 1);
         let mut members = vec![Vec::new(); count];
-        for (p, &label) in state.model.points.iter().zip(&state.labels) {
-            members[label as usize].push(*p);
+        for ((i, p), label) in free.into_iter().zip(points).zip(labels) {
+            state.labels[i as usize] = kept as u32 + label;
+            members[label as usize].push(p);
         }
         for points in &members {
             let shape = ellipsoid_of_moments(points, START_SHRINK, state.model.axis_floor());
@@ -128,7 +134,8 @@ impl Sampler {
             state.clusters.push(Cluster { id, revision, shape, sigma, locked: false });
         }
         // k-means may leave a centre without points.
-        state.remove_clusters(&members.iter().map(Vec::is_empty).collect::<Vec<_>>());
+        let empty = members.iter().map(Vec::is_empty);
+        state.remove_clusters(&std::iter::repeat_n(false, kept).chain(empty).collect::<Vec<_>>());
         Ok(Self { params, state, phase: Phase::Start, cache: MergeCache::default() })
     }
 
@@ -189,11 +196,17 @@ impl Sampler {
             return Err(InferenceError::Cancelled);
         }
         self.state = state;
-        if report.is_some() && self.phase != Phase::Finished && self.state.iteration >= self.params.iterations
-        {
-            self.phase = Phase::Merging;
+        if report.is_some() {
+            self.settle_after_merge();
         }
         Ok(report)
+    }
+
+    /// After the last iteration merging is a phase of its own.
+    pub(super) fn settle_after_merge(&mut self) {
+        if self.phase != Phase::Finished && self.state.iteration >= self.params.iterations {
+            self.phase = Phase::Merging;
+        }
     }
 
     fn iterate(&mut self, cancel: &Cancel, occurrences: &mut Vec<Occurrence>) {
@@ -215,7 +228,7 @@ impl Sampler {
         }
     }
 
-    /// Fits every primitive to its points and draws its σ. Late in the run
+    /// Fits every primitive that is not locked to its points and draws its σ. Late in the run
     /// only the largest connected component counts; the others are released.
     fn optimize(&mut self, cancel: &Cancel) {
         let params = self.params;
@@ -226,12 +239,18 @@ impl Sampler {
         let fits: Vec<_> = (0..members.len())
             .into_par_iter()
             .map(|j| {
+                if state.clusters[j].locked {
+                    return (None, 0, Vec::new());
+                }
                 let released: Vec<u32>;
-                let kept: Vec<u32>;
+                let mut kept: Vec<u32>;
                 if late {
                     let mut parts = state.components(j as u32, &members[j]).into_iter();
                     kept = parts.next().unwrap_or_default();
-                    released = parts.flatten().filter(|&i| !state.frozen[i as usize]).collect();
+                    let (pinned, rest): (Vec<u32>, Vec<u32>) =
+                        parts.flatten().partition(|&i| state.is_pinned(i));
+                    kept.extend(pinned);
+                    released = rest.into_iter().filter(|&i| !state.frozen[i as usize]).collect();
                 } else {
                     kept = members[j].clone();
                     released = Vec::new();
@@ -250,6 +269,9 @@ impl Sampler {
             for i in released {
                 state.labels[i as usize] = UNASSIGNED;
             }
+            if state.clusters[j].locked {
+                continue;
+            }
             let revision = state.new_revision();
             let cluster = &mut state.clusters[j];
             cluster.revision = revision;
@@ -262,7 +284,7 @@ impl Sampler {
 
     fn freeze(&mut self, occurrences: &mut Vec<Occurrence>) {
         let members = self.state.members();
-        for (cluster, points) in self.state.clusters.iter().zip(&members) {
+        for (cluster, points) in self.state.clusters.iter().zip(&members).filter(|(c, _)| !c.locked) {
             let gathered = self.state.model.gather(points);
             let mean_d2 = sum_squared_radial(&cluster.shape, &gathered) / points.len().max(1) as f64;
             if mean_d2 <= FREEZE && points.iter().any(|&i| !self.state.frozen[i as usize]) {
@@ -298,6 +320,7 @@ impl Sampler {
         let state = &self.state;
         let frame = &state.model.frame;
         let members = state.members();
+        let mut tables = Vec::with_capacity(members.len());
         let primitives: Vec<Primitive> = state
             .clusters
             .iter()
@@ -307,6 +330,8 @@ impl Sampler {
                 let mut distances = Vec::new();
                 kernel::euclidean_distances(&cluster.shape, &block, &mut distances);
                 let sum: f64 = distances.into_iter().map(f64::from).sum();
+                let sum_d2 = kernel::cost(&cluster.shape, &block, Distance::Radial);
+                tables.push((points.len(), sum_d2, cluster.sigma));
                 Primitive {
                     id: cluster.id,
                     shape: frame.shape(&cluster.shape),
@@ -323,6 +348,7 @@ impl Sampler {
             .map(|&l| if l == UNASSIGNED { UNASSIGNED } else { state.clusters[l as usize].id })
             .collect();
         let assigned: usize = primitives.iter().map(|p| p.points).sum();
+        let unassigned = state.labels.len() - assigned;
         let sum: f64 = primitives.iter().map(|p| p.mean_distance * p.points as f64).sum();
         Abstraction {
             phase: self.phase,
@@ -331,9 +357,9 @@ impl Sampler {
             pinned: Arc::clone(&state.pinned),
             figures: Figures {
                 clusters: primitives.len(),
-                unassigned: state.labels.len() - assigned,
+                unassigned,
                 mean_distance: sum / assigned.max(1) as f64,
-                log_joint: None,
+                log_joint: Some(log_joint(self.params.alpha, self.params.p0, &tables, unassigned)),
             },
             primitives: primitives.into(),
         }

@@ -134,6 +134,36 @@ pub(crate) struct State {
 }
 
 impl State {
+    /// No clusters, and no labels.
+    pub(crate) fn empty(model: Arc<Model>) -> Self {
+        let points = model.points.len();
+        Self {
+            model,
+            clusters: Vec::new(),
+            labels: vec![UNASSIGNED; points],
+            frozen: vec![false; points],
+            pinned: Arc::default(),
+            iteration: 0,
+            next_id: 0,
+            next_revision: 0,
+        }
+    }
+
+    /// The locked clusters with their points, before the first iteration.
+    pub(crate) fn only_locked(&self) -> Self {
+        let unlocked: Vec<bool> = self.clusters.iter().map(|c| !c.locked).collect();
+        let mut kept = Self {
+            clusters: self.clusters.clone(),
+            labels: self.labels.clone(),
+            pinned: Arc::clone(&self.pinned),
+            ..Self::empty(Arc::clone(&self.model))
+        };
+        kept.remove_clusters(&unlocked);
+        kept.next_id = kept.clusters.iter().map(|c| c.id + 1).max().unwrap_or(0);
+        kept.next_revision = kept.clusters.iter().map(|c| c.revision + 1).max().unwrap_or(0);
+        kept
+    }
+
     /// The points of each cluster, in order of index.
     pub(crate) fn members(&self) -> Vec<Vec<u32>> {
         let mut members = vec![Vec::new(); self.clusters.len()];
@@ -143,6 +173,18 @@ impl State {
             }
         }
         members
+    }
+
+    /// Whether a person has said where the point belongs.
+    pub(crate) fn is_pinned(&self, i: u32) -> bool {
+        self.pinned.binary_search(&i).is_ok()
+    }
+
+    /// Whether no step may change the point's label: it is pinned, or its
+    /// cluster is locked.
+    pub(crate) fn is_held(&self, i: u32) -> bool {
+        let cluster = self.clusters.get(self.labels[i as usize] as usize);
+        cluster.is_some_and(|c| c.locked) || self.is_pinned(i)
     }
 
     pub(crate) fn new_id(&mut self) -> u32 {
@@ -175,6 +217,10 @@ impl State {
             if *label != UNASSIGNED {
                 *label = renumbered[*label as usize];
             }
+        }
+        if self.pinned.iter().any(|&i| self.labels[i as usize] == UNASSIGNED) {
+            let left = |i: &&u32| self.labels[**i as usize] != UNASSIGNED;
+            self.pinned = self.pinned.iter().filter(left).copied().collect();
         }
     }
 

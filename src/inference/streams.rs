@@ -17,6 +17,7 @@ pub(crate) enum Purpose {
     Merge,
     Cut,
     Refined,
+    Edit,
 }
 
 /// The random stream of one purpose at one iteration (and for one cluster,

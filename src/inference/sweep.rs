@@ -102,6 +102,10 @@ impl<'a> Tables<'a> {
         for &label in state.labels.iter().filter(|l| **l != UNASSIGNED) {
             count[label as usize] += 1.0;
         }
+        // An empty table draws nobody.
+        for (count, _) in count.iter_mut().zip(&state.clusters).filter(|(_, c)| c.locked) {
+            *count = 0.0;
+        }
         Self { state, density, count, weights: Vec::new() }
     }
 
@@ -195,12 +199,14 @@ impl Waiting {
 /// Samples all labels: points leave and choose in random order, those that
 /// choose a new table wait for company, and a connected company of more than
 /// [`SMALLEST_CLUSTER`] is a birth. Whoever still waits at the end is
-/// unassigned.
+/// unassigned. Points that are pinned or belong to a locked cluster keep their
+/// table, and no other point may join a locked one.
 pub(crate) fn sweep(state: &mut State, params: &Params, occurrences: &mut Vec<Occurrence>) {
     let iteration = state.iteration;
     let mut rng = stream(params.seed, Purpose::Sweep, iteration, 0);
     let model = state.model.clone();
-    let mut order: Vec<u32> = (0..model.points.len() as u32).filter(|&i| !state.frozen[i as usize]).collect();
+    let may_choose = |i: &u32| !state.frozen[*i as usize] && !state.is_held(*i);
+    let mut order: Vec<u32> = (0..model.points.len() as u32).filter(may_choose).collect();
     order.shuffle(&mut rng);
 
     let mut waiting = Waiting::new(model.points.len());
@@ -244,9 +250,13 @@ fn tidy(mut tables: Tables<'_>, rng: &mut impl Rng, occurrences: &mut Vec<Occurr
     let mut gone = vec![false; members.len()];
     let mut pool = Vec::new();
     for (j, points) in (0u32..).zip(&members) {
+        if tables.state.clusters[j as usize].locked {
+            continue;
+        }
         let mut parts = tables.state.components(j, points).into_iter();
         match parts.next() {
             Some(largest) if largest.len() > SMALLEST_CLUSTER => pool.extend(parts.flatten()),
+            _ if points.iter().any(|&i| tables.state.is_pinned(i)) => {}
             _ => {
                 gone[j as usize] = true;
                 occurrences.push(Occurrence::Died { id: tables.state.clusters[j as usize].id });
@@ -254,7 +264,10 @@ fn tidy(mut tables: Tables<'_>, rng: &mut impl Rng, occurrences: &mut Vec<Occurr
             }
         }
     }
-    pool.retain(|&i| !tables.state.frozen[i as usize] || gone[tables.state.labels[i as usize] as usize]);
+    pool.retain(|&i| {
+        let state = &tables.state;
+        !state.is_held(i) && (!state.frozen[i as usize] || gone[state.labels[i as usize] as usize])
+    });
     for &i in &pool {
         tables.state.frozen[i as usize] = false;
         tables.leave(i);

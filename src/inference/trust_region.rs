@@ -12,9 +12,9 @@ type Vector = SVector<f64, PARAMETERS>;
 
 /// Exponents in fits: the paper's range is (0, 2); at its ends the powers
 /// lose their meaning in floating point.
-const EXPONENTS: (f64, f64) = (0.1, 1.9);
+pub(crate) const EXPONENTS: (f64, f64) = (0.1, 1.9);
 /// Largest |k|: at 1 the narrow end has no width and r no derivative.
-const LARGEST_TAPER: f64 = 0.95;
+pub(crate) const LARGEST_TAPER: f64 = 0.95;
 /// Largest turn of one step, in radians: the linear model of a rotation is
 /// no good beyond it.
 const LARGEST_TURN: f64 = 0.5;

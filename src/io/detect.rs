@@ -35,6 +35,9 @@ pub(super) fn format(bytes: &[u8], path: &Path) -> Result<Format, ReadError> {
     if head.starts_with(b"glTF") {
         return Ok(Format::Gltf);
     }
+    if head.starts_with(b"\x89Superform") {
+        return Err(ReadError::Session { path: path.to_owned() });
+    }
     let unsupported = |what| Err(ReadError::Unsupported { path: path.to_owned(), what });
     if let Some(what) = other_magic(head) {
         return unsupported(what);

@@ -34,6 +34,8 @@ pub enum ReadError {
     Empty { path: PathBuf },
     #[error("{path} is {what}, which can't be read; convert it to OBJ, PLY, STL, OFF, glTF or XYZ text (.xyz, .txt, .csv, .pts)", path = path.display())]
     Unsupported { path: PathBuf, what: &'static str },
+    #[error("{path} is a session of Superform, not a shape; open it in the window and export what you need", path = path.display())]
+    Session { path: PathBuf },
     #[error("{path} is in no format that can be read; those are OBJ, PLY, STL, OFF, glTF, GLB and XYZ text (.xyz, .txt, .csv, .pts)", path = path.display())]
     Unknown { path: PathBuf },
     #[error("{path}{at}: {problem}", path = path.display(), at = place.map(|p| format!(", {p}")).unwrap_or_default())]

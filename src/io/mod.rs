@@ -27,7 +27,7 @@ pub use error::{Place, ReadError, WriteError};
 pub use primitives::{StoredPrimitives, read_primitives};
 pub use write::{
     Outcome, PRIMITIVES_FILE, PhaseTimes, REPORT_FILE, RunRecord, SEGMENTED_FILE, write_picture,
-    write_primitives_json, write_report_json, write_run, write_segmented_ply, write_whole,
+    write_primitives_json, write_report_json, write_run, write_segmented_ply, write_streamed, write_whole,
 };
 
 /// Largest file that is read, in bytes.

@@ -103,6 +103,18 @@ pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), WriteError> {
     persist(file, path)
 }
 
+/// Writes a file piece by piece.
+///
+/// # Errors
+/// Where the file can't be written. It is written whole or not at all.
+pub fn write_streamed(
+    path: &Path,
+    content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
+) -> Result<(), WriteError> {
+    let file = staged(path, |w| content(w))?;
+    persist(file, path)
+}
+
 /// Writes the report of a run as JSON: input, sampling (of a mesh also which
 /// part of its surface, and what share of the area was left out, of a cloud
 /// how many isolated points), method,

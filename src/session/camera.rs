@@ -85,7 +85,8 @@ impl Bounds {
 }
 
 /// Looks at `target` from `distance` away.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(default)]
 pub struct Camera {
     pub target: Point3<f64>,
     /// Distance of the eye from the target, in scene units.
@@ -113,6 +114,15 @@ impl Default for Camera {
 }
 
 impl Camera {
+    /// Whether all numbers are within their limits.
+    pub fn is_sound(&self) -> bool {
+        self.target.iter().chain([&self.yaw]).all(|c| c.is_finite())
+            && (DISTANCE.0..=DISTANCE.1).contains(&self.distance)
+            && self.pitch.abs() <= std::f64::consts::FRAC_PI_2
+            && self.aspect.is_finite()
+            && self.aspect > 0.0
+    }
+
     /// Full vertical angle of view in radians.
     pub fn fov_y(&self) -> f64 {
         FOV_Y

@@ -173,7 +173,7 @@ impl Session {
         }
         let now = self.document();
         match self.undo.undo(&now) {
-            Some(step) => self.restore(step, "Undid"),
+            Some(step) => self.restore(&step, "Undid"),
             None => Vec::new(),
         }
     }
@@ -181,14 +181,14 @@ impl Session {
     pub(super) fn redo_step(&mut self) -> Vec<Effect> {
         let now = self.document();
         match self.undo.redo(&now) {
-            Some(step) => self.restore(step, "Did again"),
+            Some(step) => self.restore(&step, "Did again"),
             None => Vec::new(),
         }
     }
 
-    pub(super) fn restore(&mut self, Step { label, document }: Step, how: &str) -> Vec<Effect> {
-        self.messages.push(Level::Note, format!("{how}: {label}"), "");
-        self.take_document(document)
+    pub(super) fn restore(&mut self, step: &Step, how: &str) -> Vec<Effect> {
+        self.messages.push(Level::Note, format!("{how}: {}", step.label), "");
+        self.take_document(step.document.clone())
     }
 
     /// Makes a document the present one; what the worker does is stopped.

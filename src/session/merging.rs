@@ -103,7 +103,7 @@ impl Session {
                 let step = self.undo.undo(&now)?;
                 self.decisions.pop();
                 let kept = (std::mem::take(&mut self.skipped), std::mem::take(&mut self.decisions));
-                let mut effects = self.restore(step, "Undid");
+                let mut effects = self.restore(&step, "Undid");
                 (self.skipped, self.decisions) = kept;
                 effects.extend(self.propose(None));
                 Some(effects)

@@ -30,6 +30,7 @@ pub mod shaping;
 pub mod timeline;
 pub mod undo;
 pub mod view;
+pub mod workspace;
 
 #[cfg(test)]
 mod tests;

@@ -15,7 +15,8 @@ use crate::io::ShapeGeometry;
 use crate::worker::LoadedShape;
 
 /// Which axis of the input points upwards.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum UpAxis {
     /// As in OBJ and glTF files.
     #[default]

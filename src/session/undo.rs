@@ -1,5 +1,7 @@
 //! Undo and redo: documents from before what was done.
 
+use std::sync::Arc;
+
 use super::document::Document;
 
 /// Steps that can be undone; older ones are forgotten.
@@ -21,11 +23,11 @@ pub(super) enum Undoable {
     Step(String),
 }
 
-/// The two stacks, the newest last.
+/// The two stacks, the newest last. Cheap to clone.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Undo {
-    done: Vec<Step>,
-    undone: Vec<Step>,
+    done: Vec<Arc<Step>>,
+    undone: Vec<Arc<Step>>,
     /// The label of the gesture that the newest step belongs to: what else it
     /// does is part of that step.
     gesture: Option<String>,
@@ -33,17 +35,17 @@ pub struct Undo {
 
 impl Undo {
     /// What was kept in a file.
-    pub fn from_parts(done: Vec<Step>, undone: Vec<Step>) -> Self {
+    pub fn from_parts(done: Vec<Arc<Step>>, undone: Vec<Arc<Step>>) -> Self {
         Self { done, undone, gesture: None }
     }
 
     /// What can be undone, the newest last.
-    pub fn done(&self) -> &[Step] {
+    pub fn done(&self) -> &[Arc<Step>] {
         &self.done
     }
 
     /// What can be done again, the next last.
-    pub fn undone(&self) -> &[Step] {
+    pub fn undone(&self) -> &[Arc<Step>] {
         &self.undone
     }
 
@@ -72,32 +74,32 @@ impl Undo {
         if self.done.len() == KEPT {
             self.done.remove(0);
         }
-        self.done.push(Step { label, document });
+        self.done.push(Arc::new(Step { label, document }));
     }
 
     /// Goes one step back from `now`, past steps that changed nothing.
-    pub(super) fn undo(&mut self, now: &Document) -> Option<Step> {
+    pub(super) fn undo(&mut self, now: &Document) -> Option<Arc<Step>> {
         step(&mut self.done, &mut self.undone, now, &mut self.gesture)
     }
 
     /// Takes the last [`Undo::undo`] back.
-    pub(super) fn redo(&mut self, now: &Document) -> Option<Step> {
+    pub(super) fn redo(&mut self, now: &Document) -> Option<Arc<Step>> {
         step(&mut self.undone, &mut self.done, now, &mut self.gesture)
     }
 }
 
 /// Moves a step from one stack to the other, where `now` takes its place.
 fn step(
-    from: &mut Vec<Step>,
-    to: &mut Vec<Step>,
+    from: &mut Vec<Arc<Step>>,
+    to: &mut Vec<Arc<Step>>,
     now: &Document,
     gesture: &mut Option<String>,
-) -> Option<Step> {
+) -> Option<Arc<Step>> {
     *gesture = None;
     loop {
         let step = from.pop()?;
         if step.document != *now {
-            to.push(Step { label: step.label.clone(), document: now.clone() });
+            to.push(Arc::new(Step { label: step.label.clone(), document: now.clone() }));
             return Some(step);
         }
     }

@@ -1,7 +1,10 @@
 //! How the shape is shown.
 
+use serde::{Deserialize, Serialize};
+
 /// What can be shown or hidden as a whole.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Layer {
     Input,
     Points,
@@ -23,7 +26,8 @@ impl Layer {
 }
 
 /// How primitives are drawn.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum SurfaceStyle {
     Solid,
     #[default]
@@ -44,7 +48,8 @@ impl SurfaceStyle {
 }
 
 /// What a drag with the left button does in the viewport.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Tool {
     /// Orbits; a click selects.
     #[default]
@@ -60,7 +65,8 @@ impl Tool {
 }
 
 /// What clicks, boxes and lassos select.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Picks {
     #[default]
     Primitives,
@@ -68,7 +74,8 @@ pub enum Picks {
 }
 
 /// What the colour of a point tells.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum ColorBy {
     /// The primitive that the point belongs to.
     #[default]
@@ -114,7 +121,8 @@ impl ColorBy {
     }
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum ThemeChoice {
     #[default]
     System,
@@ -127,8 +135,10 @@ impl ThemeChoice {
 }
 
 /// Settings of the viewport and the window.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
 pub struct View {
+    #[serde(with = "by_name")]
     layers: [bool; Layer::ALL.len()],
     pub surface_style: SurfaceStyle,
     /// Diameter of a point in logical pixels.
@@ -148,6 +158,17 @@ pub struct View {
 impl View {
     /// Limits of `point_size`.
     pub const POINT_SIZE: (f32, f32) = (1.0, 12.0);
+
+    /// Whether all numbers are within their limits.
+    pub fn is_sound(&self) -> bool {
+        (Self::POINT_SIZE.0..=Self::POINT_SIZE.1).contains(&self.point_size)
+    }
+
+    /// How the shape is shown as here, the window itself as in `other`.
+    pub(super) fn in_window_of(self, other: &Self) -> Self {
+        let Self { theme, shows_log, shows_shortcuts, shows_about, .. } = *other;
+        Self { theme, shows_log, shows_shortcuts, shows_about, ..self }
+    }
 
     pub fn shows(&self, layer: Layer) -> bool {
         self.layers[layer as usize]
@@ -174,5 +195,26 @@ impl Default for View {
             shows_shortcuts: false,
             shows_about: false,
         }
+    }
+}
+
+/// Layers in files: whoever adds one can still read what was written before.
+mod by_name {
+    use serde::{Deserialize, Deserializer, Serialize, Serializer};
+
+    use super::{Layer, View};
+
+    type Layers = [bool; Layer::ALL.len()];
+
+    pub(super) fn serialize<S: Serializer>(layers: &Layers, serializer: S) -> Result<S::Ok, S::Error> {
+        Layer::ALL.map(|layer| (layer, layers[layer as usize])).as_slice().serialize(serializer)
+    }
+
+    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Layers, D::Error> {
+        let mut layers = View::default().layers;
+        for (layer, shown) in Vec::<(Layer, bool)>::deserialize(deserializer)? {
+            layers[layer as usize] = shown;
+        }
+        Ok(layers)
     }
 }

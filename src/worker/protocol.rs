@@ -141,7 +141,8 @@ pub struct Renewed {
 }
 
 /// How fast a run goes from step to step.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Pace {
     /// No waiting.
     #[default]

@@ -12,7 +12,7 @@ mod ems;
 
 use std::sync::Arc;
 
-use super::abstraction::{Abstraction, Occurrence, Phase, UNASSIGNED};
+use super::abstraction::{Abstraction, Figures, Occurrence, Phase, UNASSIGNED};
 use super::checkpoint::{self, Checkpoint, Part};
 use super::fit::{Effort, fit, sum_squared_radial};
 use super::kmeans::kmeans;
@@ -66,9 +66,9 @@ impl Baseline {
         Ok(Self::on(Sampler::new(cloud, Self::of_start(params), cancel)?, params))
     }
 
-    /// A run from the start on the same cloud.
+    /// A run from the start on the same cloud; baselines know no locks.
     pub(crate) fn restarted(same: &Sampler, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
-        Ok(Self::on(same.restarted(Self::of_start(params), cancel)?, params))
+        Ok(Self::on(same.anew(Self::of_start(params), cancel)?, params))
     }
 
     /// All that it needs to go on, but the cloud.
@@ -197,7 +197,9 @@ impl Baseline {
     }
 
     pub(crate) fn abstraction(&self) -> Abstraction {
-        Abstraction { iteration: self.steps, ..self.base.abstraction() }
+        let whole = self.base.abstraction();
+        let figures = Figures { log_joint: None, ..whole.figures };
+        Abstraction { iteration: self.steps, figures, ..whole }
     }
 }
 

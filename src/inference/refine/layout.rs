@@ -38,6 +38,10 @@ pub(crate) struct Layout<'a> {
     pub(crate) assembly: Assembly,
     /// The points of each primitive.
     pub(crate) members: Vec<Vec<u32>>,
+    /// Primitives that stay as they are.
+    pub(crate) locked: Vec<bool>,
+    /// Points that stay with their primitive; empty where there are none.
+    held: Vec<bool>,
 }
 
 /// A first look at a union.
@@ -65,7 +69,11 @@ impl<'a> Layout<'a> {
     pub(crate) fn of(model: &'a Model, state: &State, params: &'a Params, cancel: &'a Cancel) -> Self {
         let pieces = state.clusters.par_iter().map(|c| Piece::new(model, c.shape)).collect();
         let assembly = Assembly::new(model, pieces);
-        Self { model, params, cancel, assembly, members: state.members() }
+        let locked: Vec<bool> = state.clusters.iter().map(|c| c.locked).collect();
+        let is_free = state.pinned.is_empty() && !locked.contains(&true);
+        let count = if is_free { 0 } else { state.labels.len() as u32 };
+        let held = (0..count).map(|i| state.is_held(i)).collect();
+        Self { model, params, cancel, assembly, members: state.members(), locked, held }
     }
 
     pub(crate) fn pieces(&self) -> &[Piece] {
@@ -79,11 +87,23 @@ impl<'a> Layout<'a> {
         self.assembly = Assembly::new(self.model, pieces);
     }
 
-    /// Gives every point to the nearest primitive, but for outliers.
+    fn is_held(&self, i: u32) -> bool {
+        self.held.get(i as usize).is_some_and(|held| *held)
+    }
+
+    /// Whether a person has tied the primitive, or points to it.
+    pub(crate) fn is_tied(&self, j: usize) -> bool {
+        self.locked[j] || self.members[j].iter().any(|&i| self.is_held(i))
+    }
+
+    /// Gives every point to the nearest primitive, but for outliers and those
+    /// that are held.
     pub(crate) fn assign(&mut self) {
         let mut members = vec![Vec::new(); self.pieces().len()];
+        let present = if self.held.is_empty() { Vec::new() } else { self.labels() };
         for (i, nearest) in (0u32..).zip(self.assembly.nearest()) {
-            if let Some(j) = nearest {
+            let stays = self.is_held(i).then(|| present[i as usize]);
+            if let Some(j) = stays.or(nearest) {
                 members[j as usize].push(i);
             }
         }
@@ -93,7 +113,11 @@ impl<'a> Layout<'a> {
             let inner: Vec<f64> = list.iter().filter(|i| !is_lonely(self.model, **i)).map(square).collect();
             let rms = (inner.iter().sum::<f64>() / inner.len().max(1) as f64).sqrt();
             let limit = (OUTLIER_SPACINGS * self.model.spacing).max(OUTLIER_SIGMAS * rms);
-            list.retain(|&i| f64::from(piece.distances[i as usize]) <= limit || !is_lonely(self.model, i));
+            list.retain(|&i| {
+                f64::from(piece.distances[i as usize]) <= limit
+                    || !is_lonely(self.model, i)
+                    || self.is_held(i)
+            });
         }
         self.members = members;
     }
@@ -109,15 +133,15 @@ impl<'a> Layout<'a> {
         labels
     }
 
-    /// Pairs of primitives of which some points are neighbours, each with the
-    /// smaller index first.
+    /// Pairs of primitives that are not locked and of which some points are
+    /// neighbours, each with the smaller index first.
     pub(crate) fn neighbors(&self) -> BTreeSet<(usize, usize)> {
         let labels = self.labels();
         let mut pairs = BTreeSet::new();
         for (i, &a) in (0u32..).zip(&labels) {
             for &k in self.model.graph.of(i) {
                 let b = labels[k as usize];
-                if a < b && b != UNASSIGNED {
+                if a < b && b != UNASSIGNED && !self.locked[a as usize] && !self.locked[b as usize] {
                     pairs.insert((a as usize, b as usize));
                 }
             }
@@ -250,12 +274,7 @@ impl<'a> Layout<'a> {
     /// is far from being worth having.
     pub(crate) fn glance_at_union(&self, list: &[usize], before: f64) -> Option<Glimpse> {
         let points = self.union(list);
-        if points.len() <= SMALLEST_CLUSTER {
-            return None;
-        }
-        let largest = *list.iter().max_by_key(|&&j| self.members[j].len())?;
-        let few: Vec<u32> = points.iter().step_by(points.len().div_ceil(GLANCE_POINTS)).copied().collect();
-        let shape = self.one_way(&few, &[self.pieces()[largest].shape], Effort::GLANCE)?;
+        let shape = self.shape_at_a_glance(list, &points)?;
         // The points alone say as much in most cases.
         let gathered = self.model.gather(&points).into_iter().collect();
         let together = kernel::rounded_cost(&shape, &gathered, ROUNDING * self.model.spacing);
@@ -266,6 +285,31 @@ impl<'a> Layout<'a> {
         }
         let rise = self.rise(list, &[shape], before);
         (rise < HOPELESS_GLANCE).then_some(Glimpse { shape, rise })
+    }
+
+    fn shape_at_a_glance(&self, list: &[usize], points: &[u32]) -> Option<Superquadric> {
+        if points.len() <= SMALLEST_CLUSTER {
+            return None;
+        }
+        let largest = *list.iter().max_by_key(|&&j| self.members[j].len())?;
+        let few: Vec<u32> = points.iter().step_by(points.len().div_ceil(GLANCE_POINTS)).copied().collect();
+        self.one_way(&few, &[self.pieces()[largest].shape], Effort::GLANCE)
+    }
+
+    /// A first look, however little it is worth having.
+    pub(crate) fn rough_union(&self, list: &[usize], before: f64) -> Option<Glimpse> {
+        let shape = self.shape_at_a_glance(list, &self.union(list))?;
+        Some(Glimpse { shape, rise: self.rise(list, &[shape], before) })
+    }
+
+    /// One primitive for the points of several, and those points, however little
+    /// it is worth having.
+    pub(crate) fn any_union(&self, list: &[usize], before: f64) -> Option<(Superquadric, Vec<u32>)> {
+        let glimpse = self.rough_union(list, before)?;
+        let points = self.union(list);
+        let start = self.one_way(&points, &[glimpse.shape], Effort::THOROUGH)?;
+        let shape = self.two_way(&points, &[start], &self.others(list), PROPOSAL_STEPS, Detail::Rough)?;
+        Some((shape, points))
     }
 
     /// One primitive for the points of several, from the first look on, and
@@ -285,6 +329,20 @@ impl<'a> Layout<'a> {
         Some((shape, points))
     }
 
+    /// Moves points that are held into the part that has most of them.
+    fn keep_together(&self, parts: &mut [Vec<u32>]) {
+        let held: Vec<usize> = parts.iter().map(|p| p.iter().filter(|&&i| self.is_held(i)).count()).collect();
+        let Some(most) = (0..parts.len()).filter(|&k| held[k] > 0).max_by_key(|&k| held[k]) else { return };
+        let mut moved = Vec::new();
+        for (k, part) in parts.iter_mut().enumerate().filter(|(k, _)| *k != most) {
+            if held[k] > 0 {
+                moved.extend(part.extract_if(.., |i| self.is_held(*i)));
+            }
+        }
+        parts[most].extend(moved);
+        parts[most].sort_unstable();
+    }
+
     /// One primitive for each part of the points of one; `part` gives the part
     /// of each of its points. Parts that are too small are left to the others.
     pub(crate) fn propose_cut(&self, j: usize, part: &[u32], before: f64) -> Option<Proposal> {
@@ -293,7 +351,8 @@ impl<'a> Layout<'a> {
         for (&i, &p) in self.members[j].iter().zip(part) {
             parts[p as usize].push(i);
         }
-        parts.retain(|p| p.len() > SMALLEST_CLUSTER);
+        self.keep_together(&mut parts);
+        parts.retain(|p| p.len() > SMALLEST_CLUSTER || p.iter().any(|&i| self.is_held(i)));
         if parts.len() < 2 {
             return None;
         }

@@ -1,7 +1,9 @@
 //! The end of a run. The sampler has found the parts; what remains is descent
 //! on the energy (see [`super::energy`]): points go to the nearest primitive,
 //! primitives are fitted in both directions, and cuts, merges and removals are
-//! made while they lower it.
+//! made while they lower it. Locked primitives stay as they are and keep their
+//! points; points that are nearest to them and held by no other join them at
+//! last, since their surface explains these.
 
 mod layout;
 mod refits;
@@ -111,13 +113,16 @@ fn names_of(state: &State) -> Vec<Name> {
 
 /// Removes primitives that no point belongs to.
 fn spare_the_empty(layout: &mut Layout<'_>, names: &mut Vec<Name>, reports: &mut Vec<Occurrence>) {
-    let kept: Vec<bool> = layout.members.iter().map(|m| !m.is_empty()).collect();
+    let kept: Vec<bool> =
+        layout.members.iter().zip(&layout.locked).map(|(m, locked)| *locked || !m.is_empty()).collect();
     if kept.iter().all(|k| *k) {
         return;
     }
     let gone = names.iter().zip(&kept).filter(|(_, k)| !**k);
     reports.extend(gone.map(|(name, _)| Occurrence::Died { id: name.id }));
     keep_marked(names, &kept);
+    keep_marked(&mut layout.members, &kept);
+    keep_marked(&mut layout.locked, &kept);
     layout.change_pieces(|pieces| keep_marked(pieces, &kept));
     layout.assign();
 }
@@ -133,7 +138,12 @@ fn new_ideas(layout: &Layout<'_>, names: &[Name], tried: &mut BTreeSet<(Idea, Ve
     let price = layout.price_of_one_more();
     let mut ideas = Vec::new();
     for (j, own) in layout.own_errors().into_iter().enumerate() {
-        ideas.push(Idea::Remove(j));
+        if layout.locked[j] {
+            continue;
+        }
+        if !layout.is_tied(j) {
+            ideas.push(Idea::Remove(j));
+        }
         // A cut saves at most the primitive's own error.
         if own > price {
             ideas.extend((0..CUTS).map(|attempt| Idea::Cut(j, 2, attempt)));
@@ -260,6 +270,8 @@ fn accept(
     names.extend(added_names);
     keep_marked(&mut layout.members, &kept);
     layout.members.extend(added_members);
+    keep_marked(&mut layout.locked, &kept);
+    layout.locked.resize(names.len(), false);
     layout.change_pieces(|pieces| {
         keep_marked(pieces, &kept);
         pieces.extend(added);
@@ -289,7 +301,7 @@ fn take_over(
     }
     for (j, name) in names.iter().enumerate() {
         let points = &layout.members[j];
-        if points.is_empty() {
+        if points.is_empty() && !layout.locked[j] {
             occurrences.push(Occurrence::Died { id: name.id });
             continue;
         }
@@ -303,9 +315,11 @@ fn take_over(
                 && sizes[k] == points.len()
                 && points.iter().all(|&i| labels[i as usize] == k as u32)
         });
-        let cluster = match same {
-            Some(k) => old[k].clone(),
-            None => {
+        let cluster = match (same, before) {
+            (Some(k), _) => old[k].clone(),
+            // Points have come to it.
+            (None, Some(k)) if old[k].locked => Cluster { revision: state.new_revision(), ..old[k].clone() },
+            _ => {
                 for &i in points {
                     state.frozen[i as usize] = false;
                 }

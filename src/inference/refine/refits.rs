@@ -136,7 +136,7 @@ fn refit_once(
 /// A primitive fitted to its points, next to the others.
 fn fitted_again(layout: &Layout<'_>, j: usize, way: Way) -> Option<Piece> {
     let points = &layout.members[j];
-    if points.is_empty() {
+    if points.is_empty() || layout.locked[j] {
         return None;
     }
     let mut starts = vec![layout.pieces()[j].shape];

@@ -1,0 +1,46 @@
+//! What can go wrong with a session file, said so that a person can act.
+
+use std::path::PathBuf;
+
+use super::container::VERSION;
+
+/// Why a session can't be opened. The present session stays as it is.
+#[derive(Debug, thiserror::Error)]
+pub enum OpenError {
+    #[error("can't open {path}: {reason}; check the name and that you may read it", path = path.display())]
+    Open { path: PathBuf, reason: std::io::Error },
+    #[error("{path} is not a file; give the name of a session (.superform)", path = path.display())]
+    NotAFile { path: PathBuf },
+    #[error("{path} has {bytes} bytes, more than the {limit} that can be read", path = path.display())]
+    TooLarge { path: PathBuf, bytes: u64, limit: u64 },
+    #[error("{path} is empty; it may not have been copied to the end", path = path.display())]
+    Empty { path: PathBuf },
+    #[error("{path} is no session of Superform; open a file that was written by Save session (.superform)", path = path.display())]
+    NotASession { path: PathBuf },
+    #[error(
+        "{path} is a session of format {format}, written by Superform {program}, and this is Superform {this}, \
+         which reads formats up to {VERSION}; open it with Superform {program} or later",
+        path = path.display(), this = env!("CARGO_PKG_VERSION"),
+    )]
+    TooNew { path: PathBuf, format: u16, program: String },
+    #[error("{path} is damaged at byte {byte}: {problem}; nothing of it can be opened, go back to a copy of it", path = path.display())]
+    Damaged { path: PathBuf, byte: u64, problem: String },
+}
+
+/// A fault in a file's content, before the file's name is known.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Fault {
+    /// Offset in bytes from the start of the file.
+    pub(super) byte: u64,
+    pub(super) problem: String,
+}
+
+impl Fault {
+    pub(super) fn at(byte: u64, problem: impl Into<String>) -> Self {
+        Self { byte, problem: problem.into() }
+    }
+
+    pub(super) fn in_file(self, path: PathBuf) -> OpenError {
+        OpenError::Damaged { path, byte: self.byte, problem: self.problem }
+    }
+}

@@ -1,0 +1,128 @@
+//! Shapes and their samples as records.
+
+use std::borrow::Cow;
+use std::path::PathBuf;
+
+use nalgebra::Point3;
+use serde::{Deserialize, Serialize};
+
+use super::raw::Raw;
+use crate::geometry::{NO_SAMPLE, SampleCloud, SampledPart, SamplingOptions, TriMesh};
+use crate::io::{PointCloud, Shape, ShapeGeometry};
+
+/// A shape as it was read.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct ShapeEntry<'a> {
+    name: Cow<'a, str>,
+    /// For people, and to tell where it came from: it is never read again.
+    path: Option<Cow<'a, str>>,
+    notes: Cow<'a, [String]>,
+    geometry: GeometryEntry<'a>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+enum GeometryEntry<'a> {
+    Mesh { vertices: Raw<'a, Point3<f64>>, faces: Raw<'a, [u32; 3]> },
+    Cloud { points: Raw<'a, Point3<f64>>, colors: Option<Raw<'a, [u8; 3]>> },
+}
+
+impl<'a> From<&'a Shape> for ShapeEntry<'a> {
+    fn from(shape: &'a Shape) -> Self {
+        Self {
+            name: Cow::Borrowed(&shape.name),
+            path: shape.path.as_ref().map(|path| path.to_string_lossy()),
+            notes: Cow::Borrowed(&shape.notes),
+            geometry: match &shape.geometry {
+                ShapeGeometry::Mesh(mesh) => {
+                    GeometryEntry::Mesh { vertices: Raw::of(&mesh.vertices), faces: Raw::of(&mesh.faces) }
+                }
+                ShapeGeometry::Cloud(cloud) => GeometryEntry::Cloud {
+                    points: Raw::of(&cloud.points),
+                    colors: cloud.colors.as_deref().map(Raw::of),
+                },
+            },
+        }
+    }
+}
+
+impl ShapeEntry<'_> {
+    /// The shape, if it is one.
+    pub(super) fn checked(self) -> Result<Shape, &'static str> {
+        let geometry = match self.geometry {
+            GeometryEntry::Mesh { vertices, faces } => {
+                let mesh = TriMesh { vertices: vertices.into_vec(), faces: faces.into_vec() };
+                if mesh.faces.iter().flatten().any(|&i| i as usize >= mesh.vertices.len()) {
+                    return Err("has a face without its corners");
+                }
+                ShapeGeometry::Mesh(mesh)
+            }
+            GeometryEntry::Cloud { points, colors } => {
+                let cloud = PointCloud { points: points.into_vec(), colors: colors.map(Raw::into_vec) };
+                if cloud.colors.as_ref().is_some_and(|c| c.len() != cloud.points.len()) {
+                    return Err("has not one colour a point");
+                }
+                ShapeGeometry::Cloud(cloud)
+            }
+        };
+        Ok(Shape {
+            name: self.name.into_owned(),
+            path: self.path.map(|path| PathBuf::from(path.into_owned())),
+            geometry,
+            notes: self.notes.into_owned(),
+        })
+    }
+}
+
+/// The samples of a shape.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct CloudEntry<'a> {
+    points: Raw<'a, Point3<f64>>,
+    sample_of_input: Option<Raw<'a, u32>>,
+    part: SampledPart,
+}
+
+impl<'a> From<&'a SampleCloud> for CloudEntry<'a> {
+    fn from(cloud: &'a SampleCloud) -> Self {
+        Self {
+            points: Raw::of(&cloud.points),
+            sample_of_input: cloud.sample_of_input.as_deref().map(Raw::of),
+            part: cloud.part,
+        }
+    }
+}
+
+impl CloudEntry<'_> {
+    /// The samples, if they can be such.
+    pub(super) fn checked(self) -> Result<SampleCloud, &'static str> {
+        let points = self.points.into_vec();
+        if !points.iter().all(|p| p.iter().all(|c| c.is_finite())) {
+            return Err("has a sample that is not finite");
+        }
+        let sample_of_input = self.sample_of_input.map(Raw::into_vec);
+        let is_sample = |&i: &u32| i == NO_SAMPLE || (i as usize) < points.len();
+        if !sample_of_input.iter().flatten().all(is_sample) {
+            return Err("has an input point whose sample is not there");
+        }
+        Ok(SampleCloud { points, sample_of_input, part: self.part })
+    }
+}
+
+/// A shape with its samples, by the numbers of their records.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct LoadedEntry {
+    pub(super) generation: u64,
+    pub(super) shape: u32,
+    pub(super) cloud: u32,
+    pub(super) sampling: SamplingOptions,
+}
+
+/// Whether the samples can be those of the shape.
+pub(super) fn belong_together(shape: &Shape, cloud: &SampleCloud) -> bool {
+    match &shape.geometry {
+        ShapeGeometry::Mesh(_) => cloud.sample_of_input.is_none(),
+        ShapeGeometry::Cloud(input) => {
+            cloud.sample_of_input.as_ref().is_some_and(|map| map.len() == input.points.len())
+        }
+    }
+}

@@ -1,0 +1,182 @@
+//! States and what is made of them as records.
+
+use std::borrow::Cow;
+use std::collections::BTreeSet;
+use std::sync::Arc;
+use std::time::Duration;
+
+use serde::{Deserialize, Serialize};
+
+use super::raw::Raw;
+use crate::geometry::SamplingOptions;
+use crate::geometry::palette::Colors;
+use crate::inference::{Abstraction, Checkpoint, Figures, Occurrence, Params, Phase, Primitive, UNASSIGNED};
+use crate::session::camera::Camera;
+use crate::session::timeline::Origin;
+use crate::session::view::View;
+use crate::worker::{Cause, Pace, Snapshot};
+
+/// The state after a step.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct StateEntry<'a> {
+    pub(super) generation: u64,
+    run: u64,
+    cause: Cause,
+    params: Params,
+    start: Params,
+    occurrences: Cow<'a, [Occurrence]>,
+    elapsed: Duration,
+    phase: Phase,
+    iteration: u32,
+    labels: Raw<'a, u32>,
+    pinned: Raw<'a, u32>,
+    primitives: Cow<'a, [Primitive]>,
+    figures: Figures,
+    checkpoint: Cow<'a, Checkpoint>,
+}
+
+impl<'a> From<&'a Snapshot> for StateEntry<'a> {
+    fn from(state: &'a Snapshot) -> Self {
+        let Abstraction { phase, iteration, labels, pinned, primitives, figures } = &state.abstraction;
+        Self {
+            generation: state.generation,
+            run: state.run,
+            cause: state.cause,
+            params: state.params,
+            start: state.start,
+            occurrences: Cow::Borrowed(&state.occurrences),
+            elapsed: state.elapsed,
+            phase: *phase,
+            iteration: *iteration,
+            labels: Raw::of(labels),
+            pinned: Raw::of(pinned),
+            primitives: Cow::Borrowed(primitives),
+            figures: *figures,
+            checkpoint: Cow::Borrowed(&state.checkpoint),
+        }
+    }
+}
+
+impl StateEntry<'_> {
+    /// The state under a key of this process, if it can be one.
+    pub(super) fn checked(self) -> Result<Snapshot, &'static str> {
+        let (labels, pinned) = (self.labels.into_vec(), self.pinned.into_vec());
+        let ids: BTreeSet<u32> = self.primitives.iter().map(|p| p.id).collect();
+        if ids.len() != self.primitives.len() {
+            return Err("has two primitives of one id");
+        }
+        if !labels.iter().all(|label| *label == UNASSIGNED || ids.contains(label)) {
+            return Err("has a label without a primitive");
+        }
+        let is_sound =
+            |p: &Primitive| p.shape.is_valid() && p.sigma.is_finite() && p.mean_distance.is_finite();
+        if !self.primitives.iter().all(is_sound) {
+            return Err("has a primitive with a parameter that is not valid");
+        }
+        if !is_ascending(&pinned, labels.len()) {
+            return Err("has a pinned sample that is not there");
+        }
+        if self.params.check().is_err() || self.start.check().is_err() {
+            return Err("has a parameter that is out of its limits");
+        }
+        let abstraction = Abstraction {
+            phase: self.phase,
+            iteration: self.iteration,
+            labels: labels.into(),
+            pinned: pinned.into(),
+            primitives: self.primitives.into_owned().into(),
+            figures: self.figures,
+        };
+        Ok(Snapshot {
+            key: Snapshot::new_key(),
+            generation: self.generation,
+            run: self.run,
+            abstraction,
+            checkpoint: Arc::new(self.checkpoint.into_owned()),
+            cause: self.cause,
+            params: self.params,
+            start: self.start,
+            occurrences: self.occurrences.into_owned(),
+            elapsed: self.elapsed,
+        })
+    }
+}
+
+/// Whether these are indices below a limit, each once, in order.
+pub(super) fn is_ascending(indices: &[u32], limit: usize) -> bool {
+    indices.windows(2).all(|pair| pair[0] < pair[1]) && indices.last().is_none_or(|&i| (i as usize) < limit)
+}
+
+/// A branch, with the numbers of the records it is made of.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct BranchEntry<'a> {
+    pub(super) id: u32,
+    pub(super) name: Cow<'a, str>,
+    pub(super) origin: Option<Origin>,
+    pub(super) loaded: u32,
+    pub(super) states: Vec<u32>,
+    pub(super) colors: Cow<'a, Colors>,
+}
+
+/// A document, with the numbers of the records it is made of.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct DocumentEntry<'a> {
+    pub(super) loaded: Option<u32>,
+    pub(super) params: Params,
+    pub(super) sampling: SamplingOptions,
+    pub(super) branches: Vec<u32>,
+    /// Index of the branch that is shown, and of its state.
+    pub(super) current: usize,
+    pub(super) shown: usize,
+    /// Branches so far.
+    pub(super) count: u32,
+    pub(super) selection: Cow<'a, BTreeSet<u32>>,
+    pub(super) selected_points: Raw<'a, u32>,
+    pub(super) hidden: Cow<'a, BTreeSet<u32>>,
+}
+
+/// The whole session.
+#[derive(Debug, Serialize, Deserialize)]
+pub(super) struct HeadEntry<'a> {
+    /// The version of the program.
+    pub(super) program: Cow<'a, str>,
+    pub(super) summary: Summary,
+    /// The generation of the present shape, and the newest of all.
+    pub(super) generations: (u64, u64),
+    pub(super) document: u32,
+    /// Labels and documents, the newest last.
+    pub(super) done: Vec<(Cow<'a, str>, u32)>,
+    pub(super) undone: Vec<(Cow<'a, str>, u32)>,
+    pub(super) pace: Pace,
+    pub(super) is_live: bool,
+    pub(super) view: View,
+    pub(super) camera: Camera,
+}
+
+/// What a session comes to, for a person who is to choose one.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Summary {
+    /// The shape's name, where there is one.
+    pub shape: Option<String>,
+    /// Of the shown state: iterations made, and how many there were to be.
+    pub iteration: u32,
+    pub iterations: u32,
+    pub primitives: usize,
+    pub branches: usize,
+    /// Steps that can be undone.
+    pub steps: usize,
+}
+
+impl std::fmt::Display for Summary {
+    /// “chair.obj, iteration 17 of 30, 2 branches”.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.shape.as_deref().unwrap_or("No shape"))?;
+        if self.primitives > 0 {
+            write!(f, ", iteration {} of {}", self.iteration, self.iterations)?;
+        }
+        match self.branches {
+            0 | 1 => Ok(()),
+            branches => write!(f, ", {branches} branches"),
+        }
+    }
+}
