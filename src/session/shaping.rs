@@ -43,9 +43,9 @@ pub struct ShapeLimits {
 
 impl ShapeLimits {
     /// Of ε1 and ε2, as fits keep them.
-    pub const EXPONENTS: (f64, f64) = (0.1, 1.9);
+    pub const EXPONENTS: (f64, f64) = Edit::EXPONENTS;
     /// Of kx and ky, as fits keep them.
-    pub const TAPER: (f64, f64) = (-0.95, 0.95);
+    pub const TAPER: (f64, f64) = (-Edit::LARGEST_TAPER, Edit::LARGEST_TAPER);
     /// Semi-axes in longest edges of the shape's box.
     const SEMI_AXES: (f64, f64) = (1e-3, 10.0);
     /// How far from the shape's centre a primitive's may lie, in the same.

@@ -123,10 +123,7 @@ impl Interface {
     /// the keyboard changes at once.
     fn watch_gesture(&mut self, ctx: &Context, actions: &mut Vec<Action>) {
         let is_part = |action: &Action| {
-            matches!(
-                action,
-                Action::SetParams(_) | Action::SetSampling(_) | Action::DraftShape(_)
-            )
+            matches!(action, Action::SetParams(_) | Action::SetSampling(_) | Action::DraftShape(_))
         };
         self.is_in_gesture |= actions.iter().any(is_part);
         if self.is_in_gesture && !ctx.input(|i| i.pointer.any_down()) {

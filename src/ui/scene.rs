@@ -16,7 +16,7 @@ use crate::render::{Highlight, PickScene, PointIndex, PrimitiveInstance, Surface
 use crate::session::Session;
 use crate::session::camera::Camera;
 use crate::session::scalar::{Scalar, SurfaceScalar, nearest_distances, own_distances};
-use crate::session::scene::{Paint, SceneFromInput, shown_colors, shown_points};
+use crate::session::scene::{Paint, SceneFromInput, faded, shown_colors, shown_points};
 use crate::session::view::{ColorBy, View};
 use crate::worker::{Activity, LoadedShape, Snapshot};
 
@@ -51,6 +51,8 @@ pub(super) struct SceneView<'a> {
     /// Ids of primitives that something is told about, such as a pair that may
     /// be merged.
     pub(super) lit: Vec<u32>,
+    /// The primitive, by id, that is under the hand, and its shape in input units.
+    pub(super) draft: Option<(u32, Superquadric)>,
     /// What is not there yet, in input units.
     pub(super) ghosts: Vec<Superquadric>,
     pub(super) is_loading: bool,
@@ -74,6 +76,7 @@ impl<'a> SceneView<'a> {
             surface_scalar: None,
             lit: session.proposal.iter().flat_map(|p| [p.pair.0, p.pair.1]).collect(),
             ghosts: session.proposal.iter().map(|p| p.union).collect(),
+            draft: session.draft().map(|(id, shape)| (id, *shape)),
             is_loading: session.activity == Activity::Loading,
         }
     }
@@ -132,6 +135,7 @@ struct Made {
     scalar: Option<Arc<Scalar>>,
     surface_scalar: Option<Arc<SurfaceScalar>>,
     lit: Vec<u32>,
+    draft: Option<(u32, Superquadric)>,
     ghosts: Vec<Superquadric>,
     hovered: Option<u32>,
 }
@@ -177,12 +181,15 @@ impl Scene {
         let same_colors = Arc::ptr_eq(&self.made.colors, &view.colors) || self.made.colors == view.colors;
         // Both go into points and primitives.
         let same_hidden = self.made.hidden == *view.hidden && same_colors;
-        let same_paint = self.made.color_by == view.view.color_by
+        let same_lit = self.made.lit == view.lit;
+        let same_paint = same_lit
+            && self.made.color_by == view.view.color_by
             && same(self.made.scalar.as_ref(), scalar.as_ref())
             && Arc::ptr_eq(&self.made.selected_points, view.selected_points);
         let same_marks = self.made.selection == *view.selection
             && self.made.hovered == hovered
-            && self.made.lit == view.lit
+            && same_lit
+            && self.made.draft == view.draft
             && self.made.ghosts == view.ghosts;
         let same_surfaces = same(self.made.surface_scalar.as_ref(), view.surface_scalar);
         if same_snapshot && same_hidden && same_paint && same_marks && same_surfaces {
@@ -214,6 +221,7 @@ impl Scene {
             scalar,
             surface_scalar: view.surface_scalar.cloned(),
             lit: view.lit.clone(),
+            draft: view.draft,
             ghosts: view.ghosts.clone(),
             hovered,
         };
@@ -303,20 +311,29 @@ impl Scene {
             (None, ColorBy::Plain) => Paint::Plain,
             // Numbers that are not there yet.
             (None, ColorBy::Cluster | ColorBy::OwnDistance | ColorBy::NearestDistance) => {
-                Paint::Clusters(&view.colors)
+                if view.lit.is_empty() {
+                    Paint::Clusters(&view.colors)
+                } else {
+                    Paint::Lit(&view.colors, &view.lit)
+                }
             }
         };
-        self.colors.set(shown_colors(loaded, labels, view.hidden, view.selected_points, paint));
+        let pinned = view.snapshot.map_or(&[][..], |s| &s.abstraction.pinned);
+        self.colors.set(shown_colors(loaded, labels, view.hidden, view.selected_points, pinned, paint));
     }
 
     fn take_primitives(&mut self, view: &SceneView<'_>, hovered: Option<u32>) {
         let present = view.primitives().iter().filter(|primitive| primitive.shape.is_valid());
         let instances = present.map(|primitive| {
             let id = primitive.id;
+            let shape = view.draft.as_ref().filter(|d| d.0 == id).map_or(&primitive.shape, |d| &d.1);
+            let color = view.colors.of(id);
+            let is_aside = !view.lit.is_empty() && !view.lit.contains(&id);
+            let color = if is_aside { faded(color) } else { color };
             PrimitiveInstance {
                 id,
-                shape: view.scene.shape(&primitive.shape),
-                color: opaque(view.colors.of(id)),
+                shape: view.scene.shape(shape),
+                color: opaque(color),
                 visible: !view.hidden.contains(&id),
                 highlight: if view.lit.contains(&id) {
                     Highlight::Lit
