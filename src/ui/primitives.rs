@@ -1,13 +1,11 @@
-//! The right panel: layers, the list of primitives, what is selected of them.
+//! The right panel: the list of primitives, what is selected of them.
 
 use egui::{Frame, Margin, Panel, ScrollArea, Ui};
 
-use super::widgets::divide;
 use crate::session::Session;
 use crate::session::action::Action;
 
 mod inspector;
-mod layers;
 mod list;
 mod theta;
 
@@ -33,8 +31,6 @@ impl Primitives {
                 });
             });
         }
-        layers::show(ui, session, actions);
-        divide(ui);
         self.list.show(ui, session, actions);
     }
 }
