@@ -11,14 +11,14 @@ use std::time::Duration;
 use criterion::{Criterion, criterion_group, criterion_main};
 use glam::{Vec2, Vec3};
 use nalgebra::Point3;
-use superform::geometry::palette::color_of;
+use superform::geometry::palette::Colors;
 use superform::geometry::{SamplingOptions, Superquadric, scatter_mesh};
 use superform::io::{self, PointCloud, Shape, ShapeGeometry};
 use superform::render::picking::pick;
 use superform::render::{
     CameraMatrices, Frame, Highlight, PickScene, PointIndex, PrimitiveInstance, RenderOptions, Renderer,
 };
-use superform::session::scene::{SceneFromInput, UpAxis, shown_colors, shown_points};
+use superform::session::scene::{Paint, SceneFromInput, UpAxis, shown_colors, shown_points};
 use superform::worker::LoadedShape;
 
 const POINTS: usize = 1_000_000;
@@ -64,11 +64,15 @@ fn frames(c: &mut Criterion) {
             color: [200, 100, 50, 255],
             visible: true,
             highlight: Highlight::None,
+            ghost: false,
         })
         .collect();
     let mut renderer = Renderer::new(&device, wgpu::TextureFormat::Rgba8Unorm, RenderOptions::default());
     renderer.set_points(&device, &queue, &points);
-    renderer.set_point_colors(&queue, &shown_colors(&loaded, &labels, &hidden, color_of));
+    renderer.set_point_colors(
+        &queue,
+        &shown_colors(&loaded, &labels, &hidden, &[], Paint::Clusters(&Colors::default())),
+    );
     renderer.set_primitives(&device, &queue, &primitives);
 
     let mut group = c.benchmark_group("frame of 1 M points");
@@ -86,13 +90,19 @@ fn frames(c: &mut Criterion) {
     group.bench_function("the camera moves", |b| b.iter(|| frame(&mut renderer, true)));
     group.bench_function("new labels", |b| {
         b.iter(|| {
-            renderer.set_point_colors(&queue, &shown_colors(&loaded, &labels, &BTreeSet::new(), color_of));
+            renderer.set_point_colors(
+                &queue,
+                &shown_colors(&loaded, &labels, &BTreeSet::new(), &[], Paint::Clusters(&Colors::default())),
+            );
             frame(&mut renderer, true)
         });
     });
     group.bench_function("new labels, some hidden", |b| {
         b.iter(|| {
-            renderer.set_point_colors(&queue, &shown_colors(&loaded, &labels, &hidden, color_of));
+            renderer.set_point_colors(
+                &queue,
+                &shown_colors(&loaded, &labels, &hidden, &[], Paint::Clusters(&Colors::default())),
+            );
             frame(&mut renderer, true)
         });
     });

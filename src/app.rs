@@ -1,5 +1,7 @@
 //! The window: the composition root of worker, session and interface.
 
+mod keeping;
+
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
@@ -8,18 +10,27 @@ use std::time::{Duration, Instant};
 use anyhow::Context as _;
 use egui::ColorImage;
 
+use crate::cli::Journal;
 use crate::inference::{Params, Phase};
 use crate::io;
+use crate::session::keeping::Opening;
+use crate::session::messages::{Level, Message};
 use crate::session::{Action, Effect, Session};
-use crate::ui::{Interface, Purpose};
+use crate::ui::{Interface, Purpose, Sizes};
 use crate::worker::{Activity, Command, Event, Pace, SamplingOptions, Source, Worker};
 
+use keeping::Keeping;
+
 /// Smallest and first size of the window, in logical pixels.
-const MIN_SIZE: [f32; 2] = [960.0, 640.0];
+const MIN_SIZE: [f32; 2] = [480.0, 320.0];
 const SIZE: [f32; 2] = [1440.0, 900.0];
 /// Frames between the end of the run and its picture: the last state has to
 /// be laid out and drawn.
 const SETTLING_FRAMES: u32 = 3;
+
+/// Names in the store of what is remembered.
+const PREFERENCES: &str = "preferences";
+const SIZES: &str = "sizes";
 
 /// What the window is started with.
 #[derive(Debug, Clone)]
@@ -29,6 +40,10 @@ pub struct Options {
     pub params: Params,
     /// Save what the window shows when the run has ended, and close.
     pub screenshot: Option<PathBuf>,
+    /// Where the session is kept for the case of a crash; `None` to keep nothing.
+    pub state_folder: Option<PathBuf>,
+    /// Start as if nothing had been remembered.
+    pub reset_layout: bool,
 }
 
 /// Why [`run`] gave up.
@@ -47,7 +62,7 @@ pub enum RunError {
 ///
 /// # Errors
 /// See [`RunError`].
-pub fn run(options: Options) -> Result<(), RunError> {
+pub fn run(options: Options, journal: Option<Journal>) -> Result<(), RunError> {
     let begun = Instant::now();
     let (sender, outcome) = channel();
     let wants_picture = options.screenshot.is_some();
@@ -58,6 +73,8 @@ pub fn run(options: Options) -> Result<(), RunError> {
             .with_inner_size(SIZE)
             .with_min_inner_size(MIN_SIZE)
             .with_drag_and_drop(true),
+        // A picture shows what the program makes of its input, not what was set before.
+        persist_window: !wants_picture && !options.reset_layout,
         ..Default::default()
     };
     eframe::run_native(
@@ -69,6 +86,9 @@ pub fn run(options: Options) -> Result<(), RunError> {
             tracing::debug!(after = ?begun.elapsed(), "the window has its pipelines");
             app.outcome = Some(sender);
             app.start = Start::Since(begun);
+            if let Some(journal) = journal {
+                app.listen(journal);
+            }
             Ok(Box::new(app))
         }),
     )
@@ -106,9 +126,14 @@ pub struct App {
     title: String,
     pictures: (SyncSender<Picture>, Receiver<Picture>),
     gpu_errors: Receiver<String>,
+    /// What the program logs.
+    journal: Option<Journal>,
     pending_picture: Option<PendingPicture>,
+    /// Whether what is set now is for the next start, too.
+    remembers: bool,
     outcome: Option<Sender<anyhow::Result<()>>>,
     start: Start,
+    keeping: Keeping,
 }
 
 /// How far the program has come on its way to the first picture.
@@ -142,7 +167,8 @@ impl App {
         let (errors, gpu_errors) = sync_channel(8);
         if let Some(state) = &cc.wgpu_render_state {
             state.device.on_uncaptured_error(Arc::new(move |error: egui_wgpu::wgpu::Error| {
-                tracing::error!("graphics: {error}");
+                // Another target than the journal's: it is told below.
+                tracing::error!(target: "superform_graphics", "{error}");
                 // A full channel means that the person knows already.
                 let _ = errors.try_send(error.to_string());
             }));
@@ -150,20 +176,40 @@ impl App {
         let ctx = cc.egui_ctx.clone();
         let mut worker = Worker::spawn(move || ctx.request_repaint())?;
         let mut session = Session::new(options.params, options.sampling);
+        let mut interface = Interface::new(&cc.egui_ctx, cc.wgpu_render_state.as_ref(), system_dialogs);
+        let remembers = options.screenshot.is_none();
+        if let (true, false, Some(storage)) = (remembers, options.reset_layout, cc.storage) {
+            if let Some(preferences) = stored(storage, PREFERENCES) {
+                session.recall(preferences);
+            }
+            if let Some(sizes) = stored(storage, SIZES) {
+                interface.set_sizes(sizes);
+            }
+        }
         if options.screenshot.is_some() {
             session.pace = Pace::Unlimited;
         }
-        // The shape is read and sampled while the pipelines are built.
-        for command in session.begin(options.source.clone()) {
-            worker.send(command);
+        // A window that is there for its picture keeps nothing.
+        let state_folder = options.state_folder.clone().filter(|_| options.screenshot.is_none());
+        let mut keeping = Keeping::start(state_folder, &cc.egui_ctx)?;
+        // What is to be shown is read while the pipelines are built.
+        match &options.source {
+            Source::File(path) if io::has_session_ending(path) => {
+                keeping.open(Opening::File(path.clone()), &session);
+                worker.send(Command::SetParams(session.params));
+                worker.send(Command::SetPace(session.pace));
+            }
+            source => session.begin(source.clone()).into_iter().for_each(|command| worker.send(command)),
         }
         Ok(Self {
             session,
             worker,
-            interface: Interface::new(&cc.egui_ctx, cc.wgpu_render_state.as_ref(), system_dialogs),
+            interface,
             title: String::new(),
             pictures: sync_channel(4),
             gpu_errors,
+            journal: None,
+            remembers,
             pending_picture: options.screenshot.clone().map(|path| PendingPicture {
                 path,
                 settled_frames: 0,
@@ -171,12 +217,18 @@ impl App {
             }),
             outcome: None,
             start: Start::Over,
+            keeping,
         })
     }
 
     /// What the window knows.
     pub fn session(&self) -> &Session {
         &self.session
+    }
+
+    /// Shows warnings and errors of this journal in the window's log.
+    pub fn listen(&mut self, journal: Journal) {
+        self.journal = Some(journal);
     }
 
     /// Waits for the next event of the worker and takes it in; whether there
@@ -213,7 +265,25 @@ impl App {
                 Effect::AskForExport(export) => self.ask(ctx, Purpose::Export(export)),
                 Effect::AskForScreenshot => self.ask(ctx, Purpose::Screenshot),
                 Effect::SaveScreenshot(path) => self.request_picture(ctx, path),
-                Effect::Quit => ctx.send_viewport_cmd(egui::ViewportCommand::Close),
+                Effect::AskForSession => self.ask(ctx, Purpose::Session),
+                Effect::SaveSession(path) => self.keeping.save(path, &self.session),
+                Effect::OpenSession(opening) => self.keeping.open(opening, &self.session),
+                Effect::DiscardFound(id) => self.keeping.discard(id),
+                Effect::Quit => self.leave(ctx),
+                Effect::OpenIfThere(path) => {
+                    let there = path.exists();
+                    let action = if there { Action::OpenFile(path) } else { Action::ForgetRecent(path) };
+                    self.apply(ctx, action);
+                }
+                Effect::ShowInFolder(path) => {
+                    // No file manager selects a file by one call on all systems.
+                    let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+                    self.open_outside(ctx, folder.unwrap_or(Path::new(".")).as_os_str());
+                }
+                Effect::OpenLink(address) => self.open_outside(ctx, address.as_ref()),
+                Effect::ResetLayout => {
+                    self.interface.set_sizes(Sizes::default());
+                }
             }
         }
     }
@@ -223,10 +293,22 @@ impl App {
         self.worker.send(command);
     }
 
+    /// Opens a folder or an address in the program that the system has for it.
+    fn open_outside(&mut self, ctx: &egui::Context, what: &std::ffi::OsStr) {
+        if let Err(error) = open::that_detached(what) {
+            let what = format!("{} could not be opened", what.display());
+            self.apply(ctx, Action::Tell { what, error: error.to_string() });
+        }
+    }
+
     fn ask(&mut self, ctx: &egui::Context, purpose: Purpose) {
         let name = self.session.loaded.as_ref().map_or("superform", |l| l.shape.name.as_str());
         let stem = Path::new(name).file_stem().map_or_else(|| "superform".into(), |s| s.to_string_lossy());
-        self.interface.ask(ctx, purpose, &stem);
+        let window = &self.session.window;
+        let folder = if purpose == Purpose::Open { &window.open_folder } else { &window.save_folder };
+        // It may have gone since.
+        let folder = folder.as_deref().filter(|folder| folder.is_dir());
+        self.interface.ask(ctx, purpose, &stem, folder);
     }
 
     fn request_picture(&self, ctx: &egui::Context, path: PathBuf) {
@@ -248,7 +330,10 @@ impl App {
                 continue;
             }
             let action = match result {
-                Ok(()) => Action::Note(format!("Wrote the screenshot to {}", path.display())),
+                Ok(()) => Action::Say(
+                    Message::new(Level::Note, format!("Wrote the screenshot to {}", path.display()))
+                        .offer("Show in folder", Action::ShowInFolder(path)),
+                ),
                 Err(error) => Action::Tell {
                     what: "The screenshot could not be written".to_owned(),
                     error: format!("{error:#}"),
@@ -263,7 +348,7 @@ impl App {
     fn advance_picture(&mut self, ctx: &egui::Context) {
         let Some(pending) = &mut self.pending_picture else { return };
         if let Some(message) = self.session.messages.open_error() {
-            let error = anyhow::anyhow!("{}: {}", message.text, message.detail);
+            let error = anyhow::anyhow!("{}: {}", message.what, message.why);
             self.pending_picture = None;
             self.finish(ctx, Err(error));
             return;
@@ -301,8 +386,9 @@ impl App {
     }
 
     fn update_title(&mut self, ctx: &egui::Context) {
-        let title = match &self.session.loaded {
-            Some(loaded) => format!("{} – Superform", loaded.shape.name),
+        let mark = if self.session.is_changed() { "• " } else { "" };
+        let title = match self.session.title() {
+            Some(name) => format!("{mark}{name} – Superform"),
             None => "Superform".to_owned(),
         };
         if title != self.title {
@@ -320,6 +406,18 @@ impl eframe::App for App {
         }
     }
 
+    fn save(&mut self, storage: &mut dyn eframe::Storage) {
+        if self.remembers {
+            store(storage, PREFERENCES, &self.session.preferences());
+            store(storage, SIZES, self.interface.sizes());
+        }
+    }
+
+    fn persist_egui_memory(&self) -> bool {
+        // It would bring back what belongs to another shape and another version.
+        false
+    }
+
     fn logic(&mut self, ctx: &egui::Context, _frame: &mut eframe::Frame) {
         let events: Vec<Event> = self.worker.try_events().collect();
         for event in events {
@@ -329,10 +427,22 @@ impl eframe::App for App {
             let what = "The 3D view could not be drawn".to_owned();
             self.apply(ctx, Action::Tell { what, error });
         }
+        self.absorb_keeping(ctx);
+        self.watch_closing(ctx);
+        let records: Vec<_> = self.journal.iter().flat_map(Journal::records).collect();
+        for record in records {
+            let level = if record.is_error { Level::Error } else { Level::Warning };
+            self.apply(ctx, Action::Say(Message::new(level, record.text)));
+        }
         self.advance_start();
         self.save_pictures(ctx);
         self.advance_picture(ctx);
+        self.keeping.keep(&self.session);
         self.update_title(ctx);
+    }
+
+    fn on_exit(&mut self) {
+        self.close();
     }
 
     fn ui(&mut self, ui: &mut egui::Ui, frame: &mut eframe::Frame) {
@@ -350,6 +460,22 @@ impl eframe::App for App {
         for action in actions {
             self.apply(&ctx, action);
         }
+    }
+}
+
+/// What was stored under this name; `None` if nothing was, or nothing that
+/// can be read.
+fn stored<T: serde::de::DeserializeOwned>(storage: &dyn eframe::Storage, name: &str) -> Option<T> {
+    let text = storage.get_string(name)?;
+    serde_json::from_str(&text)
+        .inspect_err(|error| tracing::warn!("the stored {name} can't be read, defaults are used: {error}"))
+        .ok()
+}
+
+fn store<T: serde::Serialize>(storage: &mut dyn eframe::Storage, name: &str, value: &T) {
+    match serde_json::to_string(value) {
+        Ok(text) => storage.set_string(name, text),
+        Err(error) => tracing::warn!("the {name} can't be stored: {error}"),
     }
 }
 

@@ -13,6 +13,7 @@ mod display;
 mod evaluate;
 mod headless;
 mod interrupt;
+mod journal;
 mod settings;
 
 use std::io::Write;
@@ -20,6 +21,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use tracing_subscriber::Layer as _;
+use tracing_subscriber::layer::SubscriberExt as _;
+use tracing_subscriber::util::SubscriberInitExt as _;
 
 use self::settings::SettingsArgs;
 use crate::geometry::SamplingOptions;
@@ -31,6 +35,7 @@ pub use bench::{BenchJob, ScalingJob};
 pub use display::why_no_display;
 pub use evaluate::EvaluateJob;
 pub use headless::HeadlessJob;
+pub use journal::{Journal, JournalLayer, Record};
 
 /// Where a job goes that was meant for the window.
 const FALLBACK_FOLDER: &str = "superform-out";
@@ -83,6 +88,9 @@ struct OpenArgs {
     /// Open no window; leave the results in ./superform-out
     #[arg(long)]
     headless: bool,
+    /// Open the window as on the first start: its size, panels, theme and recent files
+    #[arg(long, conflicts_with = "headless")]
+    reset_layout: bool,
 }
 
 #[derive(Debug, Args)]
@@ -146,6 +154,8 @@ pub struct WindowRequest {
     pub params: Params,
     /// Where to save a picture of the window after the run.
     pub screenshot: Option<PathBuf>,
+    /// Forget how the window was left.
+    pub reset_layout: bool,
 }
 
 impl Cli {
@@ -182,13 +192,13 @@ impl Cli {
             Some(Command::Bench(bench)) => return bench.resolve(),
             None => {}
         }
-        let OpenArgs { file, settings, screenshot, headless } = self.open;
+        let OpenArgs { file, settings, screenshot, headless, reset_layout } = self.open;
         let job = job(file, PathBuf::from(FALLBACK_FOLDER), &settings)?;
         if headless {
             return Ok(Request::Headless(job));
         }
         let HeadlessJob { source, sampling, params, .. } = job;
-        Ok(Request::Window(WindowRequest { source, sampling, params, screenshot }))
+        Ok(Request::Window(WindowRequest { source, sampling, params, screenshot, reset_layout }))
     }
 }
 
@@ -217,7 +227,7 @@ fn misspelt_command(error: &clap::Error, mut args: impl Iterator<Item = String>)
 /// Does the job of a window that can't be opened, for the reason `why`, and
 /// says so. A screenshot can't be had that way: then nothing is done.
 pub fn instead_of_window(request: WindowRequest, why: &str) -> ExitCode {
-    let WindowRequest { source, sampling, params, screenshot } = request;
+    let WindowRequest { source, sampling, params, screenshot, .. } = request;
     if screenshot.is_some() {
         return fail(&format!("{why}, and a screenshot needs a window; on a server try xvfb-run"));
     }
@@ -225,12 +235,16 @@ pub fn instead_of_window(request: WindowRequest, why: &str) -> ExitCode {
     HeadlessJob { source, sampling, params, output: PathBuf::from(FALLBACK_FOLDER) }.run()
 }
 
-/// Sends warnings (or what RUST_LOG asks for) to standard error.
-pub fn start_log() {
+/// Sends warnings (or what RUST_LOG asks for) to standard error, and warnings
+/// and errors to the journal.
+pub fn start_log() -> Journal {
     let filter = tracing_subscriber::EnvFilter::try_from_default_env()
         .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("superform=warn"));
+    let (journal, layer) = Journal::new();
+    let printed = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_filter(filter);
     // Fails only if there is a log already.
-    let _ = tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).try_init();
+    let _ = tracing_subscriber::registry().with(printed).with(layer).try_init();
+    journal
 }
 
 /// Refuses a command line that makes no sense.

@@ -2,10 +2,10 @@
 
 use std::process::ExitCode;
 
-use superform::cli::{self, Cli, Request, WindowRequest};
+use superform::cli::{self, Cli, Journal, Request, WindowRequest};
 
 fn main() -> ExitCode {
-    cli::start_log();
+    let journal = cli::start_log();
     match Cli::read().request() {
         Ok(Request::Headless(job)) => job.run(),
         Ok(Request::Evaluate(job)) => job.run(),
@@ -13,19 +13,19 @@ fn main() -> ExitCode {
         Ok(Request::Scaling(job)) => job.run(),
         Ok(Request::Window(request)) => match cli::why_no_display() {
             Some(why) => cli::instead_of_window(request, &why),
-            None => open(request),
+            None => open(request, journal),
         },
         Err(problem) => cli::refuse(&problem),
     }
 }
 
 #[cfg(not(feature = "window"))]
-fn open(request: WindowRequest) -> ExitCode {
+fn open(request: WindowRequest, _journal: Journal) -> ExitCode {
     cli::instead_of_window(request, "this program was built without its window")
 }
 
 #[cfg(feature = "window")]
-fn open(request: WindowRequest) -> ExitCode {
+fn open(request: WindowRequest, journal: Journal) -> ExitCode {
     use std::any::Any;
     use std::panic;
 
@@ -40,22 +40,25 @@ fn open(request: WindowRequest) -> ExitCode {
             .filter(|text| text.contains("could not be loaded"))
     }
 
-    let WindowRequest { source, sampling, params, screenshot } = request.clone();
-    let options = superform::app::Options { source, sampling, params, screenshot };
+    let state_folder = superform::project::user_folder();
+    let WindowRequest { source, sampling, params, screenshot, reset_layout } = request.clone();
+    let options =
+        superform::app::Options { source, sampling, params, screenshot, state_folder, reset_layout };
     let usual = panic::take_hook();
     panic::set_hook(Box::new(move |info| {
         if missing_library(info.payload()).is_none() {
             usual(info);
         }
     }));
-    let why = match panic::catch_unwind(|| superform::app::run(options)) {
-        Ok(Ok(())) => return ExitCode::SUCCESS,
-        Ok(Err(RunError::NoPicture(problem))) => return cli::fail(&problem),
-        Ok(Err(RunError::NoWindow(why))) => why,
-        Err(payload) => match missing_library(payload.as_ref()) {
-            Some(text) => text.trim_end_matches('.').to_owned(),
-            None => panic::resume_unwind(payload),
-        },
-    };
+    let why =
+        match panic::catch_unwind(panic::AssertUnwindSafe(|| superform::app::run(options, Some(journal)))) {
+            Ok(Ok(())) => return ExitCode::SUCCESS,
+            Ok(Err(RunError::NoPicture(problem))) => return cli::fail(&problem),
+            Ok(Err(RunError::NoWindow(why))) => why,
+            Err(payload) => match missing_library(payload.as_ref()) {
+                Some(text) => text.trim_end_matches('.').to_owned(),
+                None => panic::resume_unwind(payload),
+            },
+        };
     cli::instead_of_window(request, &format!("the window can't be opened ({why})"))
 }

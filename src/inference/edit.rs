@@ -25,7 +25,6 @@ use crate::geometry::Superquadric;
 /// cloud; lengths are in input units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-#[expect(clippy::large_enum_variant, reason = "edits come one at a time, by hand")]
 pub enum Edit {
     /// Gives a primitive another shape, in input units; its points and σ stay.
     SetShape { id: u32, shape: Superquadric },

@@ -30,7 +30,9 @@ pub struct MergeProposal {
     /// The states of the two that it was made of, by revision: once they have
     /// changed it can't be accepted any more.
     pub revisions: (u64, u64),
-    /// Whether the rule in force would make this merge.
+    /// Whether it passes the test of the rule in force. (Merging by energy gives
+    /// pairs up that promise nothing at first glance; one of these may turn out
+    /// to be acceptable when it is looked at here.)
     pub is_acceptable: bool,
     /// Why it would or wouldn't: one sentence with numbers.
     pub reason: String,

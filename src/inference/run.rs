@@ -171,7 +171,7 @@ impl Run {
     }
 
     /// The state and records that every kind of run keeps.
-    fn sampler(&self) -> &Sampler {
+    pub(super) fn sampler(&self) -> &Sampler {
         match &self.0 {
             Kind::Sampler(run) => run,
             Kind::Baseline(run) => run.base(),

@@ -112,6 +112,14 @@ pub fn has_shape_ending(path: &Path) -> bool {
         .is_some_and(|e| detect::ENDINGS.contains(&e.to_string_lossy().to_ascii_lowercase().as_str()))
 }
 
+/// Ending of the names of session files.
+pub const SESSION_ENDING: &str = "superform";
+
+/// Whether a file's name ends as that of a session.
+pub fn has_session_ending(path: &Path) -> bool {
+    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(SESSION_ENDING))
+}
+
 /// The shape that is built into the program: a chair (CC0, see
 /// `assets/README.md`).
 ///

@@ -128,3 +128,45 @@ impl Open {
         Ok(())
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inference::Params;
+    use crate::session::Session;
+    use crate::worker::SamplingOptions;
+
+    #[test]
+    fn a_journal_does_not_grow_for_ever_and_outlives_a_failed_append() {
+        let place = tempfile::tempdir().unwrap();
+        let mut journal = Journal::new(place.path()).unwrap();
+        let mut session = Session::new(Params::default(), SamplingOptions::default());
+        let mut longest = 0;
+        let mut was_shortened = false;
+        for seed in 0..10_000 {
+            session.params.seed = seed;
+            session.hidden = (0..100).map(|i| i * 7 + seed as u32).collect();
+            journal.keep(&session.workspace()).unwrap();
+            let length = fs::metadata(journal.path()).unwrap().len();
+            was_shortened |= length < longest;
+            longest = longest.max(length);
+            if was_shortened {
+                break;
+            }
+        }
+        assert!(was_shortened && longest < 2 * SLACK, "it has {longest} bytes");
+        let kept = || super::super::open(journal.path()).unwrap().workspace.document;
+        assert_eq!(kept(), session.document());
+        // Written on through a file that can only be read: as if the disk were full.
+        let before = fs::read(journal.path()).unwrap();
+        let path = journal.path().to_owned();
+        if let Some(open) = &mut journal.open {
+            open.file = File::open(&path).unwrap();
+        }
+        session.params.seed = 77;
+        assert!(journal.keep(&session.workspace()).is_err());
+        assert_eq!(fs::read(&path).unwrap(), before, "what was kept is still there");
+        journal.keep(&session.workspace()).unwrap();
+        assert_eq!(super::super::open(&path).unwrap().workspace.document, session.document());
+    }
+}

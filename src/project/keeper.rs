@@ -5,28 +5,18 @@ use std::collections::VecDeque;
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::JoinHandle;
-use std::time::{Duration, SystemTime};
+use std::time::Duration;
 
 use super::folder::{Claim, last_session};
 use super::journal::Journal;
 use super::reading::{self, Opened};
 use super::saving::save;
-use super::states::Summary;
+use crate::session::keeping::Found;
 use crate::session::workspace::Workspace;
 
 /// Orders and events on their way between the threads.
-const ORDERS: usize = 1;
+const ORDERS: usize = 64;
 const EVENTS: usize = 64;
-
-/// A session that was left behind by a process that is no more.
-#[derive(Debug, Clone)]
-pub struct Found {
-    /// Names it to the keeper.
-    pub id: u64,
-    pub summary: Summary,
-    /// When it was last written.
-    pub kept_at: SystemTime,
-}
 
 /// Where an opened session came from.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -105,8 +95,9 @@ impl Keeper {
         let thread = std::thread::Builder::new().name("keeper".to_owned()).spawn(move || {
             let mut desk = Desk { folder, journal: None, orphans: Vec::new(), is_failing: false, tell };
             desk.look_around();
-            for order in received {
-                desk.obey(order);
+            while let Ok(order) = received.recv() {
+                let orders: Vec<Order> = std::iter::once(order).chain(received.try_iter()).collect();
+                desk.obey_all(orders);
             }
         })?;
         Ok(Self { orders: Some(orders), backlog: VecDeque::new(), events, count: 0, thread: Some(thread) })
@@ -117,9 +108,6 @@ impl Keeper {
     /// [`Event::Kept`] tells of it.
     pub fn keep(&mut self, workspace: Workspace) -> u64 {
         self.count += 1;
-        if matches!(self.backlog.back(), Some(Order::Keep(..))) {
-            self.backlog.pop_back();
-        }
         self.order(Order::Keep(self.count, Box::new(workspace)));
         self.count
     }
@@ -254,6 +242,16 @@ impl<F: Fn(Event)> Desk<F> {
         }
         if !found.is_empty() {
             (self.tell)(Event::Found(found));
+        }
+    }
+
+    /// Of the sessions to keep the latest is enough.
+    fn obey_all(&mut self, orders: Vec<Order>) {
+        let latest = orders.iter().rposition(|order| matches!(order, Order::Keep(..)));
+        for (at, order) in orders.into_iter().enumerate() {
+            if !matches!(order, Order::Keep(..)) || Some(at) == latest {
+                self.obey(order);
+            }
         }
     }
 

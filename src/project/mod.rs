@@ -15,19 +15,8 @@ mod shapes;
 mod states;
 mod writing;
 
-use std::path::Path;
-
 pub use error::OpenError;
 pub use folder::user_folder;
-pub use keeper::{Event, Found, Keeper, Origin};
+pub use keeper::{Event, Keeper, Origin};
 pub use reading::{Opened, open};
 pub use saving::save;
-pub use states::Summary;
-
-/// Ending of the names of session files.
-pub const ENDING: &str = "superform";
-
-/// Whether a file's name ends as that of a session.
-pub fn has_session_ending(path: &Path) -> bool {
-    path.extension().is_some_and(|ending| ending.eq_ignore_ascii_case(ENDING))
-}

@@ -12,6 +12,7 @@ use crate::geometry::SamplingOptions;
 use crate::geometry::palette::Colors;
 use crate::inference::{Abstraction, Checkpoint, Figures, Occurrence, Params, Phase, Primitive, UNASSIGNED};
 use crate::session::camera::Camera;
+use crate::session::keeping::Summary;
 use crate::session::timeline::Origin;
 use crate::session::view::View;
 use crate::worker::{Cause, Pace, Snapshot};
@@ -151,32 +152,4 @@ pub(super) struct HeadEntry<'a> {
     pub(super) is_live: bool,
     pub(super) view: View,
     pub(super) camera: Camera,
-}
-
-/// What a session comes to, for a person who is to choose one.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Summary {
-    /// The shape's name, where there is one.
-    pub shape: Option<String>,
-    /// Of the shown state: iterations made, and how many there were to be.
-    pub iteration: u32,
-    pub iterations: u32,
-    pub primitives: usize,
-    pub branches: usize,
-    /// Steps that can be undone.
-    pub steps: usize,
-}
-
-impl std::fmt::Display for Summary {
-    /// “chair.obj, iteration 17 of 30, 2 branches”.
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        f.write_str(self.shape.as_deref().unwrap_or("No shape"))?;
-        if self.primitives > 0 {
-            write!(f, ", iteration {} of {}", self.iteration, self.iterations)?;
-        }
-        match self.branches {
-            0 | 1 => Ok(()),
-            branches => write!(f, ", {branches} branches"),
-        }
-    }
 }

@@ -11,8 +11,9 @@ use super::container::Kind;
 use super::ledger::Ledger;
 use super::raw::Raw;
 use super::shapes::{CloudEntry, LoadedEntry, ShapeEntry};
-use super::states::{BranchEntry, DocumentEntry, HeadEntry, StateEntry, Summary};
+use super::states::{BranchEntry, DocumentEntry, HeadEntry, StateEntry};
 use crate::session::document::Document;
+use crate::session::keeping::Summary;
 use crate::session::timeline::Branch;
 use crate::session::undo::Step;
 use crate::session::workspace::Workspace;
@@ -159,19 +160,4 @@ fn generations(workspace: &Workspace) -> (u64, u64) {
     let branches = documents.clone().flat_map(|d| d.timeline.branches()).map(|b| b.loaded.generation);
     let newest = documents.map(of).chain(branches).max().unwrap_or(0);
     (of(&workspace.document), newest)
-}
-
-impl Summary {
-    pub(super) fn of(document: &Document, steps: usize) -> Self {
-        let shown = document.timeline.shown();
-        let params = shown.map_or(document.params, |state| state.params);
-        Self {
-            shape: document.loaded.as_ref().map(|loaded| loaded.shape.name.clone()),
-            iteration: shown.map_or(0, |state| state.abstraction.iteration),
-            iterations: params.iterations,
-            primitives: shown.map_or(0, |state| state.abstraction.primitives.len()),
-            branches: document.timeline.branches().len(),
-            steps,
-        }
-    }
 }

@@ -58,12 +58,12 @@ impl Session {
             Event::Written { path, what } => {
                 // What could not be written before can be now.
                 self.messages.dismiss_errors();
-                self.messages.push(Level::Note, format!("Wrote the {what} to {}", path.display()), "");
+                self.tell_written(what, path);
             }
             Event::Failed { what, error } => {
                 self.is_judging = false;
                 self.settle_draft();
-                self.messages.push(Level::Error, what, error);
+                self.fail(what, &error);
             }
         }
         Vec::new()
@@ -85,6 +85,9 @@ impl Session {
                 SampledPart::Whole | SampledPart::Outside { .. } => Level::Detail,
             };
             self.messages.push(level, format!("{name}: {note}"), "");
+        }
+        if let (Some(path), false) = (&shape.shape.path, is_same) {
+            self.window.recent.add(path);
         }
         // What went wrong before doesn't concern the new shape.
         self.messages.dismiss_errors();

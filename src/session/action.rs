@@ -6,6 +6,8 @@ use std::path::PathBuf;
 
 use nalgebra::{Point3, Vector2};
 
+use super::keeping::{Opening, PartingAnswer};
+use super::messages::Message;
 use super::scene::UpAxis;
 use super::selection::Select;
 use super::shaping::ShapeDraft;
@@ -17,9 +19,29 @@ use crate::worker::{Pace, SamplingOptions};
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
     Verb(Verb),
+    /// Chosen from the list of all commands, under this name.
+    FromList(String, Box<Action>),
     OpenFile(PathBuf),
+    /// Files that were dropped onto the window.
+    OpenDropped(Vec<PathBuf>),
+    /// A file that was open before, if it is still there.
+    OpenRecent(PathBuf),
+    /// A file that was open before is no longer there.
+    ForgetRecent(PathBuf),
+    /// Shows a file in the system's file manager.
+    ShowInFolder(PathBuf),
+    /// Opens an address in the browser.
+    OpenLink(&'static str),
     Export(Export, PathBuf),
     SaveScreenshot(PathBuf),
+    /// Writes the session to a file.
+    SaveSession(PathBuf),
+    OpenSession(Opening),
+    /// Deletes what was left behind, by its id.
+    DiscardFound(u64),
+    /// Leaves what was left behind for the next start.
+    PutOffFound,
+    AnswerParting(PartingAnswer),
     SetParams(Params),
     /// Takes the parameters of a method; the seed stays.
     SetMethod(Method),
@@ -82,8 +104,12 @@ pub enum Action {
     SetPivot(Point3<f64>),
     /// Width / height of the viewport.
     SetAspect(f64),
-    /// Closes the error box.
-    DismissErrors,
+    /// Closes the error box for all errors up to the one with this number.
+    DismissError(u64),
+    /// Whether the window has room for one side panel only.
+    SetNarrow(bool),
+    /// Something that is to be said.
+    Say(Message),
     /// Something outside the session went wrong.
     Tell {
         what: String,
@@ -167,11 +193,13 @@ pub enum Group {
     Run,
     Timeline,
     View,
+    Window,
     Help,
 }
 
 impl Group {
-    pub const ALL: [Self; 6] = [Self::File, Self::Edit, Self::Run, Self::Timeline, Self::View, Self::Help];
+    pub const ALL: [Self; 7] =
+        [Self::File, Self::Edit, Self::Run, Self::Timeline, Self::View, Self::Window, Self::Help];
 
     pub fn text(self) -> &'static str {
         match self {
@@ -180,6 +208,7 @@ impl Group {
             Self::Run => "Run",
             Self::Timeline => "Timeline",
             Self::View => "View",
+            Self::Window => "Window",
             Self::Help => "Help",
         }
     }
@@ -216,13 +245,18 @@ macro_rules! verbs {
 }
 
 verbs! {
-    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, XYZ)";
+    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, XYZ), or a session";
     OpenBuiltIn: File, None, "Open built-in shape", "Open the shape that comes with the program";
+    SaveSession: File, ctrl('S'), "Save session",
+        "Write all of this to one file: shape, parameters, every state and branch, undo history and view";
+    SaveSessionAs: File, ctrl_shift('S'), "Save session as…", "Write the session to another file, and go on in that";
+    ReopenLast: File, None, "Reopen last session", "Open what was unsaved when the window was closed last";
     ExportCloud: File, ctrl('E'), "Export segmented cloud…",
         "Write every input point with its label and colour, in input order (PLY)";
     ExportPrimitives: File, ctrl_shift('E'), "Export primitives…",
         "Write the parameters of all primitives in input units (JSON)";
     SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save what the window shows (PNG)";
+    ClearRecent: File, None, "Forget recent files", "Empty the list of files that were open before";
     Quit: File, ctrl('Q'), "Quit", "Close the window";
 
     Undo: Edit, ctrl('Z'), "Undo", "Take back the last change, whatever it was";
@@ -294,13 +328,36 @@ verbs! {
     HideSelected: View, plain(Key::Char('H')), "Hide selected", "Hide the selected primitives";
     ShowAll: View, Some(Shortcut { ctrl: false, shift: false, alt: true, key: Key::Char('H') }),
         "Show all primitives", "Show the hidden primitives again";
-    ToggleLog: View, plain(Key::Char('L')), "Log", "Everything that happened, newest first";
-    ThemeSystem: View, None, "System", "Light or dark as the system says";
-    ThemeLight: View, None, "Light", "Always light";
-    ThemeDark: View, None, "Dark", "Always dark";
 
+    ToggleLeftPanel: Window, plain(Key::Function(2)), "Left panel", "Show or hide the shape, the run and its parameters";
+    ToggleRightPanel: Window, plain(Key::Function(3)), "Right panel", "Show or hide the layers and the primitives";
+    ToggleBottomPanel: Window, plain(Key::Function(4)), "Bottom panel", "Show or hide the progress, the figures and the plots";
+    ToggleLog: Window, plain(Key::Char('L')), "Log", "Everything that happened, newest first";
+    ClearLog: Window, None, "Clear log", "Empty the log";
+    ZoomIn: Window, ctrl('+'), "Larger", "Draw the whole interface larger";
+    ZoomOut: Window, ctrl('-'), "Smaller", "Draw the whole interface smaller";
+    ZoomReset: Window, ctrl('0'), "Usual size", "Draw the interface at 100 %";
+    ThemeSystem: Window, None, "System theme", "Light or dark as the system says";
+    ThemeLight: Window, None, "Light theme", "Always light";
+    ThemeDark: Window, None, "Dark theme", "Always dark";
+    ResetLayout: Window, None, "Reset layout",
+        "Panels, sizes and theme as on the first start; recent files stay";
+
+    ShowCommands: Help, ctrl_shift('P'), "All commands…", "Find any command by its name and run it";
     ShowShortcuts: Help, plain(Key::Function(1)), "Keyboard and mouse", "What keys and mouse do";
     ShowAbout: Help, None, "About Superform", "Version, licence and the paper";
+}
+
+/// Further shortcuts of some verbs.
+pub const ALTERNATIVES: &[(Option<Shortcut>, Verb)] =
+    &[(ctrl('P'), Verb::ShowCommands), (ctrl('='), Verb::ZoomIn)];
+
+impl Verb {
+    /// Every shortcut of the verb, the one that menus show first.
+    pub fn shortcuts(self) -> impl Iterator<Item = Shortcut> {
+        let others = ALTERNATIVES.iter().filter(move |(_, verb)| *verb == self);
+        self.entry().shortcut.into_iter().chain(others.filter_map(|(shortcut, _)| *shortcut))
+    }
 }
 
 impl From<ThemeChoice> for Verb {
@@ -324,6 +381,14 @@ pub const MOUSE: &[(&str, &str)] = &[
     ("Alt+left drag", "Orbit, with any tool"),
     ("Double-click", "Orbit around that place"),
     ("Drop a file", "Open it"),
+];
+
+/// What keys do everywhere, for the help page.
+pub const EVERYWHERE: &[(&str, &str)] = &[
+    ("Tab, Shift+Tab", "To the next or the last control"),
+    ("Enter or Space", "Press the control that has the focus"),
+    ("Arrow keys", "Turn the slider that has the focus"),
+    ("Esc", "Close what is open, then deselect"),
 ];
 
 #[cfg(test)]

@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::camera::{AxisView, Bounds, Camera};
+use super::keeping::{Opening, Parting};
 use super::messages::Level;
 use super::scene::SceneFromInput;
 use super::undo::Undoable;
 use super::view::{Picks, ThemeChoice, Tool, View};
+use super::window::Panel;
 use super::{Action, Effect, Export, Session, Verb};
 use crate::inference::Params;
 use crate::worker::{Activity, Command, Source};
@@ -39,8 +41,28 @@ impl Session {
     fn carry_out(&mut self, action: Action) -> Vec<Effect> {
         match action {
             Action::Verb(verb) => return self.apply_verb(verb),
-            Action::OpenFile(path) => return self.open(Source::File(path)),
-            Action::Export(export, path) => return self.export(export, path).into_iter().collect(),
+            Action::SaveSession(path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return vec![Effect::SaveSession(path)];
+            }
+            Action::OpenSession(opening) => return self.leave(Parting::Open(opening)),
+            Action::DiscardFound(id) => return vec![self.discard_found(id)],
+            Action::PutOffFound => self.put_off_found(),
+            Action::AnswerParting(answer) => return self.answer_parting(answer),
+            Action::FromList(name, action) => {
+                self.window.remember_command(&name);
+                return self.apply(*action);
+            }
+            Action::OpenFile(path) => return self.open_file(path),
+            Action::OpenDropped(paths) => return self.open_dropped(paths),
+            Action::OpenRecent(path) => return vec![Effect::OpenIfThere(path)],
+            Action::ForgetRecent(path) => self.forget_recent(&path),
+            Action::ShowInFolder(path) => return vec![Effect::ShowInFolder(path)],
+            Action::OpenLink(address) => return vec![Effect::OpenLink(address)],
+            Action::Export(export, path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return self.export(export, path).into_iter().collect();
+            }
             Action::Edit(edit) => return self.edit(vec![edit]),
             Action::ProposeMergeOf(a, b) => return self.propose(Some((a, b))),
             Action::ShowState(index) => return self.show_state_at(index),
@@ -58,7 +80,10 @@ impl Session {
                 self.undo.end_gesture();
                 return self.end_shaping();
             }
-            Action::SaveScreenshot(path) => return vec![Effect::SaveScreenshot(path)],
+            Action::SaveScreenshot(path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return vec![Effect::SaveScreenshot(path)];
+            }
             Action::SetParams(params) => return self.take_setup(params, self.sampling),
             Action::SetMethod(method) => {
                 let params = Params { seed: self.params.seed, ..method.params() };
@@ -108,8 +133,10 @@ impl Session {
             Action::Zoom { cursor, factor } => self.camera.zoom_to(cursor, factor),
             Action::SetPivot(point) => self.jump(|camera| camera.set_pivot(point)),
             Action::SetAspect(aspect) => self.set_aspect(aspect),
-            Action::DismissErrors => self.messages.dismiss_errors(),
-            Action::Tell { what, error } => self.messages.push(Level::Error, what, error),
+            Action::DismissError(number) => self.messages.dismiss_errors_until(number),
+            Action::SetNarrow(narrow) => self.window.set_narrow(narrow),
+            Action::Say(message) => self.messages.add(message),
+            Action::Tell { what, error } => self.fail(what, &error),
             Action::Note(text) => {
                 self.messages.dismiss_errors();
                 self.messages.push(Level::Note, text, "");
@@ -125,7 +152,10 @@ impl Session {
             Verb::ExportCloud => return vec![Effect::AskForExport(Export::Cloud)],
             Verb::ExportPrimitives => return vec![Effect::AskForExport(Export::Primitives)],
             Verb::SaveScreenshot => return vec![Effect::AskForScreenshot],
-            Verb::Quit => return vec![Effect::Quit],
+            Verb::SaveSession => return vec![self.save_session()],
+            Verb::SaveSessionAs => return vec![Effect::AskForSession],
+            Verb::ReopenLast => return self.leave(Parting::Open(Opening::Last)),
+            Verb::Quit => return self.leave(Parting::Quit),
             Verb::Run => return self.work(Command::Run, Activity::Running),
             Verb::Pause => {
                 self.run_when_loaded = false;
@@ -206,6 +236,16 @@ impl Session {
             Verb::HideSelected => self.hidden.extend(&self.selection),
             Verb::ShowAll => self.hidden.clear(),
             Verb::ToggleLog => self.view.shows_log ^= true,
+            Verb::ClearLog => self.messages.clear(),
+            Verb::ClearRecent => self.window.recent.clear(),
+            Verb::ToggleLeftPanel => self.window.toggle(Panel::Left),
+            Verb::ToggleRightPanel => self.window.toggle(Panel::Right),
+            Verb::ToggleBottomPanel => self.window.toggle(Panel::Bottom),
+            Verb::ZoomIn => self.window.zoom_by(1.0),
+            Verb::ZoomOut => self.window.zoom_by(-1.0),
+            Verb::ZoomReset => self.window.set_zoom(1.0),
+            Verb::ResetLayout => return self.reset_layout(),
+            Verb::ShowCommands => self.window.shows_commands ^= true,
             Verb::ThemeSystem => self.view.theme = ThemeChoice::System,
             Verb::ThemeLight => self.view.theme = ThemeChoice::Light,
             Verb::ThemeDark => self.view.theme = ThemeChoice::Dark,
@@ -238,7 +278,7 @@ impl Session {
         }))
     }
 
-    fn open(&mut self, source: Source) -> Vec<Effect> {
+    pub(super) fn open(&mut self, source: Source) -> Vec<Effect> {
         vec![Effect::Send(self.load(source))]
     }
 

@@ -1,6 +1,7 @@
 //! What can be asked for now, and why not.
 
 use super::view::{Picks, ThemeChoice, Tool};
+use super::window::Panel;
 use super::{Session, Verb};
 use crate::inference::{Algorithm, Phase};
 use crate::worker::Activity;
@@ -18,6 +19,8 @@ impl Session {
             Verb::ExportCloud | Verb::ExportPrimitives => {
                 self.snapshot.is_some() && self.activity != Activity::Writing
             }
+            Verb::SaveSession | Verb::SaveSessionAs => loaded,
+            Verb::ReopenLast => self.keeping.has_last(),
             Verb::Run => loaded && idle,
             Verb::Pause => self.is_running() || self.activity == Activity::Loading,
             Verb::StepIteration => loaded && idle && self.phase() != Some(Phase::Finished),
@@ -65,6 +68,8 @@ impl Session {
             }
             Verb::FrameAll => loaded,
             Verb::ShowAll => !self.hidden.is_empty(),
+            Verb::ClearRecent => !self.window.recent.is_empty(),
+            Verb::ZoomReset => self.window.zoom != 1.0,
             _ => true,
         }
     }
@@ -75,6 +80,9 @@ impl Session {
             Verb::ToggleOrthographic => Some(self.camera.orthographic),
             Verb::ToggleLive => Some(self.live.is_on),
             Verb::ToggleLog => Some(self.view.shows_log),
+            Verb::ToggleLeftPanel => Some(self.window.shows(Panel::Left)),
+            Verb::ToggleRightPanel => Some(self.window.shows(Panel::Right)),
+            Verb::ToggleBottomPanel => Some(self.window.shows(Panel::Bottom)),
             Verb::ToolClick => Some(self.view.tool == Tool::Click),
             Verb::ToolBox => Some(self.view.tool == Tool::Box),
             Verb::ToolLasso => Some(self.view.tool == Tool::Lasso),

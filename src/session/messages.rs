@@ -1,64 +1,192 @@
 //! What the program has to say: the log, and the error that waits for an answer.
 
 use std::collections::VecDeque;
+use std::time::{Duration, Instant};
 
+use super::Action;
 use crate::inference::{Algorithm, Occurrence};
 use crate::worker::Snapshot;
 
 /// Messages that are kept; older ones are dropped.
 const KEPT: usize = 1000;
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+/// How much a message matters, least first.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
     /// For the log only.
     Detail,
     /// Shown for a moment.
     Note,
+    /// Something is not as it should be, and work goes on; shown for a while.
+    Warning,
     /// Shown until it is dismissed.
     Error,
 }
 
-#[derive(Debug, Clone, PartialEq, Eq)]
+impl Level {
+    pub const ALL: [Self; 4] = [Self::Detail, Self::Note, Self::Warning, Self::Error];
+
+    /// The word for one message of this level.
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Detail => "Detail",
+            Self::Note => "Note",
+            Self::Warning => "Warning",
+            Self::Error => "Error",
+        }
+    }
+}
+
+/// Something that the program says: what, why, and what to do about it.
+#[derive(Debug, Clone, PartialEq)]
 pub struct Message {
-    /// Counts all messages from 1.
+    /// Counts all messages from 1; 0 before it is said.
     pub number: u64,
+    /// When it was said, since the messages were begun.
+    pub at: Duration,
     pub level: Level,
     /// What happened.
-    pub text: String,
-    /// Why, and what to do; may be empty.
-    pub detail: String,
+    pub what: String,
+    /// Why; may be empty.
+    pub why: String,
+    /// What to do about it; may be empty.
+    pub advice: String,
+    /// The causes, the nearest first; empty where there is no more to know than
+    /// `why` says.
+    pub chain: Vec<String>,
+    /// What a button under the message does.
+    pub offer: Option<Offer>,
+}
+
+/// What a person may want to do next.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Offer {
+    pub text: &'static str,
+    pub action: Box<Action>,
+}
+
+impl Message {
+    /// A message that has still to be said.
+    pub fn new(level: Level, what: impl Into<String>) -> Self {
+        Self {
+            number: 0,
+            at: Duration::ZERO,
+            level,
+            what: what.into(),
+            why: String::new(),
+            advice: String::new(),
+            chain: Vec::new(),
+            offer: None,
+        }
+    }
+
+    /// An error with its causes, which are joined by `": "`, the nearest first.
+    pub fn error(what: impl Into<String>, causes: &str) -> Self {
+        let chain = causes.split(": ").map(str::to_owned).filter(|cause| !cause.is_empty()).collect();
+        Self { why: causes.to_owned(), chain, ..Self::new(Level::Error, what) }
+    }
+
+    #[must_use]
+    pub fn because(mut self, why: impl Into<String>) -> Self {
+        self.why = why.into();
+        self
+    }
+
+    #[must_use]
+    pub fn advise(mut self, advice: impl Into<String>) -> Self {
+        self.advice = advice.into();
+        self
+    }
+
+    #[must_use]
+    pub fn offer(mut self, text: &'static str, action: Action) -> Self {
+        self.offer = Some(Offer { text, action: Box::new(action) });
+        self
+    }
+
+    /// Everything it says, on one line.
+    pub fn line(&self) -> String {
+        let mut line = self.what.clone();
+        for (joint, part) in [(": ", &self.why), (". ", &self.advice)] {
+            if !part.is_empty() {
+                line.push_str(joint);
+                line.push_str(part);
+            }
+        }
+        line
+    }
+
+    /// Minutes and seconds at which it was said.
+    pub fn clock(&self) -> String {
+        let seconds = self.at.as_secs();
+        format!("{}:{:02}", seconds / 60, seconds % 60)
+    }
+
+    /// All there is to know, for a report; of several lines.
+    pub fn report(&self) -> String {
+        let mut lines = vec![self.what.clone()];
+        if self.chain.is_empty() && !self.why.is_empty() {
+            lines.push(format!("  because {}", self.why));
+        }
+        lines.extend(self.chain.iter().map(|cause| format!("  because {cause}")));
+        lines.push(format!(
+            "Superform {} on {} ({}), {} after its start",
+            env!("CARGO_PKG_VERSION"),
+            std::env::consts::OS,
+            std::env::consts::ARCH,
+            self.clock()
+        ));
+        lines.join("\n")
+    }
 }
 
 /// The log, oldest first.
-#[derive(Debug, Clone, Default)]
+#[derive(Debug, Clone)]
 pub struct Messages {
+    begun: Instant,
     kept: VecDeque<Message>,
     count: u64,
     dismissed: u64,
 }
 
+impl Default for Messages {
+    fn default() -> Self {
+        Self { begun: Instant::now(), kept: VecDeque::new(), count: 0, dismissed: 0 }
+    }
+}
+
 impl Messages {
-    pub fn push(&mut self, level: Level, text: impl Into<String>, detail: impl Into<String>) {
+    pub fn push(&mut self, level: Level, what: impl Into<String>, why: impl Into<String>) {
+        self.add(Message::new(level, what).because(why));
+    }
+
+    /// Says a message.
+    pub fn add(&mut self, message: Message) {
         self.count += 1;
         if self.kept.len() == KEPT {
             self.kept.pop_front();
         }
-        let message = Message { number: self.count, level, text: text.into(), detail: detail.into() };
-        self.kept.push_back(message);
+        self.kept.push_back(Message { number: self.count, at: self.begun.elapsed(), ..message });
     }
 
     pub fn iter(&self) -> impl DoubleEndedIterator<Item = &Message> + ExactSizeIterator {
         self.kept.iter()
     }
 
+    /// Those that were said after the message with this number, oldest first.
+    pub fn since(&self, number: u64) -> impl Iterator<Item = &Message> {
+        let first = self.kept.partition_point(|message| message.number <= number);
+        self.kept.range(first..)
+    }
+
+    /// The message with this number, if it is still kept.
+    pub fn get(&self, number: u64) -> Option<&Message> {
+        self.since(number.checked_sub(1)?).next().filter(|message| message.number == number)
+    }
+
     /// The newest error that has not been dismissed.
     pub fn open_error(&self) -> Option<&Message> {
         self.kept.iter().rev().find(|m| m.level == Level::Error && m.number > self.dismissed)
-    }
-
-    /// The newest note, shown for a moment.
-    pub fn last_note(&self) -> Option<&Message> {
-        self.kept.iter().rev().find(|m| m.level == Level::Note)
     }
 
     /// Number of the newest message.
@@ -74,6 +202,12 @@ impl Messages {
     /// Closes the error box, for all errors up to that number.
     pub fn dismiss_errors_until(&mut self, number: u64) {
         self.dismissed = self.dismissed.max(number.min(self.count));
+    }
+
+    /// Empties the log; an error that is open goes with it.
+    pub fn clear(&mut self) {
+        self.kept.clear();
+        self.dismiss_errors();
     }
 }
 
@@ -124,13 +258,38 @@ mod tests {
         for i in 0..100 {
             messages.push(Level::Detail, format!("{i}"), "");
         }
-        assert_eq!(messages.open_error().map(|m| m.text.as_str()), Some("first"));
+        assert_eq!(messages.open_error().map(|m| m.what.as_str()), Some("first"));
         messages.dismiss_errors();
         assert_eq!(messages.open_error(), None);
         for i in 0..2 * KEPT {
             messages.push(Level::Note, format!("{i}"), "");
         }
         assert_eq!(messages.iter().len(), KEPT);
-        assert_eq!(messages.last_note().map(|m| m.text.clone()), Some(format!("{}", 2 * KEPT - 1)));
+        let last = messages.iter().next_back().map(|m| m.what.clone());
+        assert_eq!(last, Some(format!("{}", 2 * KEPT - 1)));
+        let first = messages.iter().next().map_or(0, |m| m.number);
+        assert_eq!(messages.get(first).map(|m| m.number), Some(first));
+        assert_eq!(messages.get(first - 1), None, "it was dropped");
+        assert_eq!(messages.since(messages.count() - 3).count(), 3);
+        messages.clear();
+        assert!(messages.iter().len() == 0 && messages.since(0).next().is_none());
+        messages.push(Level::Note, "next", "");
+        assert_eq!(messages.get(messages.count()).map(|m| m.what.as_str()), Some("next"));
+    }
+
+    #[test]
+    fn an_error_keeps_its_causes_and_reports_all_it_knows() {
+        let error = Message::error("a.ply could not be opened", "the header is broken: line 3: no such type");
+        assert_eq!(error.chain, ["the header is broken", "line 3", "no such type"]);
+        assert_eq!(error.why, "the header is broken: line 3: no such type");
+        let error = error.advise("Save it again");
+        assert_eq!(
+            error.line(),
+            "a.ply could not be opened: the header is broken: line 3: no such type. Save it again"
+        );
+        let report = error.report();
+        for part in ["a.ply", "  because line 3\n", env!("CARGO_PKG_VERSION")] {
+            assert!(report.contains(part), "{report}");
+        }
     }
 }

@@ -19,17 +19,23 @@ pub mod camera;
 pub mod document;
 mod edited;
 mod enabled;
+pub mod gizmo;
 mod hand;
+pub mod keeping;
 pub mod live;
 mod merging;
 pub mod messages;
+pub mod preferences;
+mod reasons;
 pub mod scalar;
 pub mod scene;
 pub mod selection;
 pub mod shaping;
+mod telling;
 pub mod timeline;
 pub mod undo;
 pub mod view;
+pub mod window;
 pub mod workspace;
 
 #[cfg(test)]
@@ -38,6 +44,7 @@ mod tests;
 pub use action::{Action, Export, Verb};
 use camera::Camera;
 use document::Document;
+use keeping::{Keeping, Opening};
 use live::Live;
 use merging::Decision;
 use messages::Messages;
@@ -46,6 +53,7 @@ use shaping::Shaping;
 use timeline::Timeline;
 use undo::Undo;
 use view::View;
+use window::Window;
 
 /// A pace at which a person can follow each iteration, and the default run
 /// takes about three seconds. Who wants the result at once turns a slider with
@@ -60,6 +68,20 @@ pub enum Effect {
     AskForExport(Export),
     AskForScreenshot,
     SaveScreenshot(PathBuf),
+    /// Ask where the session is to be saved.
+    AskForSession,
+    SaveSession(PathBuf),
+    /// Open a session in place of this one.
+    OpenSession(Opening),
+    /// Remove what was left behind, by its id.
+    DiscardFound(u64),
+    /// Open the file if it is there, or say that it isn't.
+    OpenIfThere(PathBuf),
+    /// Show a file in the system's file manager.
+    ShowInFolder(PathBuf),
+    OpenLink(&'static str),
+    /// Bring the panels to the sizes of the first start.
+    ResetLayout,
     Quit,
 }
 
@@ -77,7 +99,9 @@ pub struct Session {
     pub pace: Pace,
     pub live: Live,
     pub activity: Activity,
+    pub keeping: Keeping,
     pub view: View,
+    pub window: Window,
     pub camera: Camera,
     /// Counts the camera's moves that no drag made: a view may ease them.
     pub camera_jumps: u64,
@@ -130,7 +154,9 @@ impl Session {
             pace: DEFAULT_PACE,
             live: Live::default(),
             activity: Activity::Idle,
+            keeping: Keeping::default(),
             view: View::default(),
+            window: Window::default(),
             camera: Camera::default(),
             camera_jumps: 0,
             scene: SceneFromInput::fit(&[], UpAxis::Y),

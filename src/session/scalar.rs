@@ -163,6 +163,7 @@ mod tests {
             sigma: 0.1,
             points: 1,
             mean_distance: 0.0,
+            locked: false,
         };
         Abstraction {
             phase: Phase::Finished,
@@ -170,6 +171,7 @@ mod tests {
             labels: labels.into(),
             primitives: centers.iter().enumerate().map(primitive).collect::<Vec<_>>().into(),
             figures: Figures::default(),
+            pinned: [].into(),
         }
     }
 

@@ -136,7 +136,7 @@ fn a_failed_load_keeps_everything_and_says_so() {
     session.absorb(Event::Failed { what: "bad.obj could not be opened".into(), error: "no vertices".into() });
     session.absorb(Event::Activity(Activity::Idle));
     assert_eq!(session.primitives().len(), 3);
-    assert!(session.messages.open_error().is_some_and(|m| m.text.contains("bad.obj")));
+    assert!(session.messages.open_error().is_some_and(|m| m.what.contains("bad.obj")));
     // What failed to load is not run when the next thing arrives.
     assert!(session.absorb(Event::Loaded(loaded())).is_empty());
     assert!(session.messages.open_error().is_none(), "a shape that loads closes the error box");

@@ -39,6 +39,18 @@ impl Undo {
         Self { done, undone, gesture: None }
     }
 
+    /// Whether the same steps can be undone and done again.
+    pub(super) fn is_same(&self, other: &Self) -> bool {
+        let same = |a: &[Arc<Step>], b: &[Arc<Step>]| {
+            a.len() == b.len()
+                && match (a.last(), b.last()) {
+                    (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+                    _ => true,
+                }
+        };
+        same(&self.done, &other.done) && same(&self.undone, &other.undone)
+    }
+
     /// What can be undone, the newest last.
     pub fn done(&self) -> &[Arc<Step>] {
         &self.done

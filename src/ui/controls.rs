@@ -18,7 +18,7 @@ const LABELS: f32 = 104.0;
 /// Width of an editable number.
 const NUMBER: f32 = 58.0;
 /// How fast a run can be watched.
-const PACES: [(Pace, &str); 5] = [
+pub(super) const PACES: [(Pace, &str); 5] = [
     (Pace::PerSecond(1), "1/s"),
     (Pace::PerSecond(3), "3/s"),
     (Pace::PerSecond(10), "10/s"),
@@ -126,7 +126,12 @@ fn run(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         ui.spacing_mut().item_spacing.x = 3.0;
         let width = (ui.available_width() - 3.0 * (PACES.len() - 1) as f32) / PACES.len() as f32;
         for (pace, text) in PACES {
-            if choice(ui, session.pace == pace, text, width) {
+            let tooltip = match pace {
+                Pace::PerSecond(1) => "Show every step, one a second".to_owned(),
+                Pace::PerSecond(steps) => format!("Show every step, {steps} a second at most"),
+                Pace::Unlimited => "Show steps as fast as they go".to_owned(),
+            };
+            if choice(ui, session.pace == pace, text, width).on_hover_text(tooltip).clicked() {
                 actions.push(Action::SetPace(pace));
             }
         }

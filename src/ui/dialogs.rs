@@ -1,8 +1,9 @@
 //! Asking for a path: the system's dialog off the window's thread and, where
 //! there is none, a field to type the path into.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::pin::Pin;
+use std::sync::LazyLock;
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 use std::time::{Duration, Instant};
 
@@ -25,6 +26,7 @@ pub enum Purpose {
     Open,
     Export(Export),
     Screenshot,
+    Session,
 }
 
 impl Purpose {
@@ -34,6 +36,7 @@ impl Purpose {
             Self::Export(Export::Cloud) => "Export the segmented cloud",
             Self::Export(Export::Primitives) => "Export the primitives",
             Self::Screenshot => "Save a screenshot",
+            Self::Session => "Save the session",
         }
     }
 
@@ -44,10 +47,11 @@ impl Purpose {
     /// Name of the file kind and its extensions.
     fn filter(self) -> (&'static str, &'static [&'static str]) {
         match self {
-            Self::Open => ("Meshes and point clouds", io::SHAPE_ENDINGS),
+            Self::Open => ("Meshes, point clouds and sessions", openable()),
             Self::Export(Export::Cloud) => ("Segmented cloud", &["ply"]),
             Self::Export(Export::Primitives) => ("Primitives", &["json"]),
             Self::Screenshot => ("Picture", &["png"]),
+            Self::Session => ("Session", &[io::SESSION_ENDING]),
         }
     }
 
@@ -56,15 +60,36 @@ impl Purpose {
             Self::Open => Action::OpenFile(path),
             Self::Export(export) => Action::Export(export, path),
             Self::Screenshot => Action::SaveScreenshot(path),
+            Self::Session => Action::SaveSession(self.completed(path)),
         }
     }
+}
+
+impl Purpose {
+    /// The path with the ending that a session is told by.
+    fn completed(self, path: PathBuf) -> PathBuf {
+        if self != Self::Session || io::has_session_ending(&path) {
+            return path;
+        }
+        let mut name = path.into_os_string();
+        name.push(format!(".{}", io::SESSION_ENDING));
+        name.into()
+    }
+}
+
+/// Endings of all files that can be opened.
+fn openable() -> &'static [&'static str] {
+    static ENDINGS: LazyLock<Vec<&'static str>> =
+        LazyLock::new(|| [io::SHAPE_ENDINGS, &[io::SESSION_ENDING]].concat());
+    &ENDINGS
 }
 
 /// A dialog of the system that is open.
 #[derive(Debug)]
 struct Pending {
     purpose: Purpose,
-    suggestion: String,
+    /// What the field to type into starts with, should it be needed.
+    typed: String,
     /// The path, and how long it took to come.
     answer: Receiver<(Option<PathBuf>, Duration)>,
 }
@@ -86,10 +111,28 @@ impl Prompt {
         Self { purpose, text, reason, is_new: true, replaces: None }
     }
 
+    /// What the program knows of the path as it stands.
+    fn note(&self) -> Option<&'static str> {
+        let typed = self.text.trim();
+        if typed.is_empty() || self.replaces.is_some() {
+            return None;
+        }
+        let path = expand(typed);
+        if self.purpose == Purpose::Open {
+            return if path.is_dir() {
+                Some("This is a folder")
+            } else {
+                (!path.exists()).then_some("There is no such file")
+            };
+        }
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+        folder.is_some_and(|folder| !folder.is_dir()).then_some("There is no such folder")
+    }
+
     /// The path was entered: what follows, or `None` where it has to be
     /// confirmed first.
     fn enter(&mut self) -> Option<Action> {
-        let path = expand(self.text.trim());
+        let path = self.purpose.completed(expand(self.text.trim()));
         if self.purpose != Purpose::Open && path.exists() && self.replaces.as_ref() != Some(&path) {
             self.replaces = Some(path);
             return None;
@@ -111,8 +154,9 @@ impl Dialogs {
         Self { system, pending: None, prompt: None }
     }
 
-    /// Asks for a path; a file that is to be written is suggested as `name`.
-    pub(super) fn ask(&mut self, ctx: &Context, purpose: Purpose, name: &str) {
+    /// Asks for a path, first in `folder`; a file that is to be written is
+    /// suggested as `name`.
+    pub(super) fn ask(&mut self, ctx: &Context, purpose: Purpose, name: &str, folder: Option<&Path>) {
         if self.pending.is_some() || self.prompt.is_some() {
             return;
         }
@@ -121,13 +165,23 @@ impl Dialogs {
             Purpose::Export(Export::Cloud) => format!("{name}-segmented.ply"),
             Purpose::Export(Export::Primitives) => format!("{name}-primitives.json"),
             Purpose::Screenshot => format!("{name}.png"),
+            Purpose::Session => format!("{name}.{}", io::SESSION_ENDING),
+        };
+        // What is typed starts in that folder.
+        let typed = match (folder, purpose) {
+            (Some(folder), Purpose::Open) => format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR),
+            (Some(folder), _) => folder.join(&suggestion).display().to_string(),
+            (None, _) => suggestion.clone(),
         };
         if !self.system {
-            self.prompt = Some(Prompt::new(purpose, suggestion, None));
+            self.prompt = Some(Prompt::new(purpose, typed, None));
             return;
         }
         let (kind, extensions) = purpose.filter();
-        let dialog = rfd::AsyncFileDialog::new().set_title(purpose.title()).add_filter(kind, extensions);
+        let mut dialog = rfd::AsyncFileDialog::new().set_title(purpose.title()).add_filter(kind, extensions);
+        if let Some(folder) = folder {
+            dialog = dialog.set_directory(folder);
+        }
         let (sender, answer) = sync_channel(1);
         let ctx = ctx.clone();
         let wait = move |future: Answer| {
@@ -146,12 +200,12 @@ impl Dialogs {
         };
         match std::thread::Builder::new().name("file dialog".to_owned()).spawn(move || wait(future)) {
             Ok(_) => {
-                self.pending = Some(Pending { purpose, suggestion, answer });
+                self.pending = Some(Pending { purpose, typed, answer });
             }
             Err(error) => {
                 tracing::warn!("no thread for the file dialog: {error}");
                 let reason = Some("The system's file dialog could not be opened.");
-                self.prompt = Some(Prompt::new(purpose, suggestion, reason));
+                self.prompt = Some(Prompt::new(purpose, typed, reason));
             }
         }
     }
@@ -174,7 +228,7 @@ impl Dialogs {
             Some(path) => actions.push(pending.purpose.action(path)),
             None if took < TOO_FAST_FOR_A_PERSON => {
                 let reason = Some("The system offers no file dialog here (no desktop portal answered).");
-                let (purpose, text) = (pending.purpose, pending.suggestion);
+                let (purpose, text) = (pending.purpose, pending.typed);
                 self.prompt = Some(Prompt::new(purpose, text, reason));
             }
             None => {}
@@ -186,7 +240,7 @@ impl Dialogs {
         let mut done = false;
         let frame = egui::Frame::popup(&ctx.global_style()).inner_margin(14.0);
         let response = Modal::new(egui::Id::unique("path prompt")).frame(frame).show(ctx, |ui| {
-            ui.set_width(420.0);
+            ui.set_width(460.0_f32.min(ui.ctx().content_rect().width() - 60.0));
             ui.heading(prompt.purpose.title());
             ui.add_space(4.0);
             if let Some(reason) = prompt.reason {
@@ -207,6 +261,10 @@ impl Dialogs {
             if field.changed() {
                 prompt.replaces = None;
             }
+            if let Some(note) = prompt.note() {
+                ui.add_space(4.0);
+                ui.add(Label::new(RichText::new(note).small().color(Palette::of(ui).weak)).wrap());
+            }
             let entered = field.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
             if let Some(path) = &prompt.replaces {
                 ui.add_space(4.0);
@@ -218,7 +276,10 @@ impl Dialogs {
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let is_empty = prompt.text.trim().is_empty();
                 let text = if prompt.replaces.is_some() { "Replace" } else { prompt.purpose.button() };
-                let pressed = ui.add_enabled(!is_empty, egui::Button::new(text)).clicked();
+                let palette = Palette::of(ui);
+                let text = RichText::new(text).color(palette.on_accent).strong();
+                let button = egui::Button::new(text).fill(palette.accent).min_size(egui::vec2(72.0, 0.0));
+                let pressed = ui.add_enabled(!is_empty, button).clicked();
                 if (pressed || entered) && !is_empty {
                     match prompt.enter() {
                         Some(action) => {
@@ -229,7 +290,7 @@ impl Dialogs {
                         None => ui.ctx().request_repaint(),
                     }
                 }
-                done |= ui.button("Cancel").clicked();
+                done |= ui.button("Cancel").on_hover_text("Close this question (Esc)").clicked();
             });
         });
         if done || response.should_close() {

@@ -5,11 +5,13 @@ use crate::session::action::{Action, Key, Shortcut, Verb};
 use crate::session::view::Tool;
 
 /// The verbs whose shortcuts were pressed in this frame and that would do
-/// something. Typing into a field presses none.
+/// something. Typing into a field presses next to none.
 pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<Action>) {
-    if ctx.text_edit_focused() {
+    // While a list or a question is open, keys belong to it.
+    if session.window.shows_commands || ctx.memory(|memory| memory.top_modal_layer().is_some()) {
         return;
     }
+    let types = ctx.text_edit_focused();
     // These belong to a widget that was reached by the keyboard.
     let focused = ctx.memory(|memory| memory.focused().is_some());
     ctx.input(|input| {
@@ -22,34 +24,44 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
                 continue;
             }
             let Some(key) = translate(*key) else { continue };
-            if let (Key::Escape, true, Some(verb)) = (key, modifiers.is_none(), topmost(session)) {
-                actions.push(Action::Verb(verb));
+            // Typing into a field presses only what no text is made of.
+            if types && !matches!(key, Key::Function(_)) && !is_for_the_window(key, *modifiers) {
+                continue;
+            }
+            if let (Key::Escape, true, Some(action)) = (key, modifiers.is_none(), topmost(session)) {
+                actions.push(action);
                 continue;
             }
             if focused && matches!(key, Key::Space | Key::Escape | Key::Enter | Key::Left | Key::Right) {
                 continue;
             }
-            let shortcut =
-                Shortcut { ctrl: modifiers.command, shift: modifiers.shift, alt: modifiers.alt, key };
+            // Where the plus is on the keyboard decides whether Shift is held.
+            let shift = modifiers.shift && key != Key::Char('+');
+            let shortcut = Shortcut { ctrl: modifiers.command, shift, alt: modifiers.alt, key };
             let verb = Verb::ALL
                 .iter()
-                .find(|verb| verb.entry().shortcut == Some(shortcut) && session.is_enabled(**verb));
+                .find(|verb| session.is_enabled(**verb) && verb.shortcuts().any(|own| own == shortcut));
             actions.extend(verb.map(|verb| Action::Verb(*verb)));
         }
     });
 }
 
-/// What ends the window, or else the tool, that Escape ends first.
-fn topmost(session: &Session) -> Option<Verb> {
+/// Whether a field leaves this to the window: a letter with Ctrl that is not
+/// for the text itself.
+fn is_for_the_window(key: Key, modifiers: egui::Modifiers) -> bool {
+    let edits = ['A', 'C', 'V', 'X', 'Z', 'Y', 'U', 'W', 'K', 'H', 'B', 'F', 'N', 'P', 'E', 'D'];
+    let all_commands = modifiers.shift && key == Key::Char('P');
+    modifiers.command && (all_commands || matches!(key, Key::Char(c) if !edits.contains(&c)))
+}
+
+/// What Escape ends first: a window, an error, or else a tool.
+fn topmost(session: &Session) -> Option<Action> {
     let view = &session.view;
-    [
-        (view.shows_about, Verb::ShowAbout),
-        (view.shows_shortcuts, Verb::ShowShortcuts),
-        (view.shows_log, Verb::ToggleLog),
-        (view.tool != Tool::Click, Verb::ToolClick),
-    ]
-    .into_iter()
-    .find_map(|(is_open, verb)| is_open.then_some(verb))
+    let windows = [(view.shows_about, Verb::ShowAbout), (view.shows_shortcuts, Verb::ShowShortcuts)];
+    let window = windows.into_iter().find_map(|(is_open, verb)| is_open.then_some(Action::Verb(verb)));
+    let error = || session.messages.open_error().map(|error| Action::DismissError(error.number));
+    let tool = || (view.tool != Tool::Click).then_some(Action::Verb(Verb::ToolClick));
+    window.or_else(error).or_else(tool)
 }
 
 fn translate(key: egui::Key) -> Option<Key> {
@@ -58,6 +70,9 @@ fn translate(key: egui::Key) -> Option<Key> {
         egui::Key::Space => Key::Space,
         egui::Key::Escape => Key::Escape,
         egui::Key::Backspace => Key::Backspace,
+        egui::Key::Plus => Key::Char('+'),
+        egui::Key::Minus => Key::Char('-'),
+        egui::Key::Equals => Key::Char('='),
         egui::Key::Delete => Key::Delete,
         egui::Key::Enter => Key::Enter,
         egui::Key::ArrowLeft => Key::Left,
@@ -82,7 +97,7 @@ mod tests {
     fn every_shortcut_can_be_typed() {
         let keys: Vec<Key> = egui::Key::ALL.iter().filter_map(|key| translate(*key)).collect();
         for verb in Verb::ALL {
-            if let Some(shortcut) = verb.entry().shortcut {
+            for shortcut in verb.shortcuts() {
                 assert!(keys.contains(&shortcut.key), "{verb:?}: no key gives {shortcut}");
             }
         }

@@ -1,7 +1,8 @@
 //! The menu bar.
 
-use egui::{MenuBar, Ui};
+use egui::{Button, MenuBar, RichText, Ui};
 
+use super::theme::Palette;
 use super::widgets::menu_item;
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
@@ -12,6 +13,11 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     MenuBar::new().ui(ui, |ui| {
         ui.menu_button("File", |ui| {
             for verb in [Verb::Open, Verb::OpenBuiltIn] {
+                menu_item(ui, session, verb, actions);
+            }
+            ui.menu_button("Open recent", |ui| recent(ui, session, actions));
+            ui.separator();
+            for verb in [Verb::SaveSession, Verb::SaveSessionAs, Verb::ReopenLast] {
                 menu_item(ui, session, verb, actions);
             }
             ui.separator();
@@ -93,18 +99,50 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             for verb in [Verb::HideSelected, Verb::ShowAll, Verb::Deselect] {
                 menu_item(ui, session, verb, actions);
             }
+        });
+        ui.menu_button("Window", |ui| {
+            for verb in
+                [Verb::ToggleLeftPanel, Verb::ToggleRightPanel, Verb::ToggleBottomPanel, Verb::ToggleLog]
+            {
+                menu_item(ui, session, verb, actions);
+            }
             ui.separator();
+            for verb in [Verb::ZoomIn, Verb::ZoomOut, Verb::ZoomReset] {
+                menu_item(ui, session, verb, actions);
+            }
             ui.menu_button("Theme", |ui| {
                 for choice in ThemeChoice::ALL {
                     menu_item(ui, session, choice.into(), actions);
                 }
             });
-            menu_item(ui, session, Verb::ToggleLog, actions);
+            ui.separator();
+            menu_item(ui, session, Verb::ResetLayout, actions);
         });
         ui.menu_button("Help", |ui| {
-            for verb in [Verb::ShowShortcuts, Verb::ShowAbout] {
+            for verb in [Verb::ShowCommands, Verb::ShowShortcuts, Verb::ShowAbout] {
                 menu_item(ui, session, verb, actions);
             }
         });
     });
+}
+
+/// The files that were open before.
+fn recent(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
+    let files = &session.window.recent;
+    if files.is_empty() {
+        ui.label(RichText::new("No file was opened yet").color(Palette::of(ui).weak));
+        return;
+    }
+    for path in files.iter() {
+        let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+        let folder = path.parent().and_then(|folder| folder.file_name());
+        let folder = folder.map(|folder| folder.to_string_lossy()).unwrap_or_default();
+        let button = Button::new(name).shortcut_text(folder);
+        if ui.add(button).on_hover_text(path.display().to_string()).clicked() {
+            actions.push(Action::OpenRecent(path.to_owned()));
+            ui.close();
+        }
+    }
+    ui.separator();
+    menu_item(ui, session, Verb::ClearRecent, actions);
 }

@@ -2,17 +2,25 @@
 //! draws a session and answers with what the person asked for; it changes
 //! nothing itself.
 
+use std::path::Path;
 use std::time::Duration;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
 use crate::session::Session;
-use crate::session::action::Action;
+use crate::session::action::{Action, Verb};
 
+mod commands;
 mod controls;
 mod dialogs;
+mod errors;
 mod figures;
+mod fuzzy;
+mod help;
+mod keeping;
 mod keys;
+mod layout;
+mod log;
 mod menu;
 mod merging;
 mod overlays;
@@ -20,19 +28,23 @@ mod primitives;
 mod progress;
 mod scene;
 mod theme;
+mod toasts;
 mod viewport;
 mod widgets;
 
 use dialogs::Dialogs;
 pub use dialogs::Purpose;
+pub use layout::Sizes;
+use layout::{Part, collapsible};
+use log::Log;
 use overlays::Overlays;
 use primitives::Primitives;
 use scene::SceneView;
 use viewport::{Studio, Viewport};
 
-/// Widths of the side panels in logical pixels.
-const LEFT: f32 = 290.0;
-const RIGHT: f32 = 272.0;
+/// Below this width of the window, in logical pixels, there is room for one
+/// side panel only.
+const NARROW: f32 = 780.0;
 
 /// A hand that holds a slider rests when nothing was moved for so many seconds
 /// and in so many frames: where frames are slow, some of a drag see no change.
@@ -48,6 +60,8 @@ pub struct Interface {
     dialogs: Dialogs,
     overlays: Overlays,
     primitives: Primitives,
+    log: Log,
+    sizes: Sizes,
     /// When what a run is made from was last changed, in seconds, and the frames
     /// without a movement since.
     turned_at: f64,
@@ -67,16 +81,28 @@ impl Interface {
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
             primitives: Primitives::default(),
+            log: Log::default(),
+            sizes: Sizes::default(),
             turned_at: 0.0,
             still_frames: 0,
             is_in_gesture: false,
         }
     }
 
-    /// Asks the person for a path; the answer comes as an action of a later
-    /// [`Interface::show`].
-    pub fn ask(&mut self, ctx: &Context, purpose: Purpose, name: &str) {
-        self.dialogs.ask(ctx, purpose, name);
+    /// Asks the person for a path, first in `folder`; the answer comes as an
+    /// action of a later [`Interface::show`].
+    pub fn ask(&mut self, ctx: &Context, purpose: Purpose, name: &str, folder: Option<&Path>) {
+        self.dialogs.ask(ctx, purpose, name, folder);
+    }
+
+    /// How large the panels are, for the next start.
+    pub fn sizes(&self) -> &Sizes {
+        &self.sizes
+    }
+
+    /// Brings the panels to these sizes.
+    pub fn set_sizes(&mut self, sizes: Sizes) {
+        self.sizes.replace(sizes);
     }
 
     /// Draws one frame.
@@ -84,9 +110,16 @@ impl Interface {
         let ctx = ui.ctx().clone();
         let mut actions = Vec::new();
         theme::choose(&ctx, session.view.theme);
+        theme::zoom(&ctx, session.window.zoom);
         keys::pressed(&ctx, session, &mut actions);
-        for file in ctx.input(|i| i.raw.dropped_files.clone()).iter().take(1) {
-            actions.push(Action::OpenFile(file.path().to_owned()));
+        let dropped: Vec<_> =
+            ctx.input(|i| i.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect());
+        if !dropped.is_empty() {
+            actions.push(Action::OpenDropped(dropped));
+        }
+        let window = ui.max_rect().size();
+        if (window.x < NARROW) != session.window.is_narrow() {
+            actions.push(Action::SetNarrow(window.x < NARROW));
         }
 
         let fill = ui.visuals().panel_fill;
@@ -94,16 +127,34 @@ impl Interface {
         let side = Frame::new().fill(fill).inner_margin(Margin::symmetric(12, 8));
         let below = Frame::new().fill(fill).inner_margin(Margin::symmetric(12, 6));
         Panel::top("menu bar").frame(bar).show(ui, |ui| menu::show(ui, session, &mut actions));
-        Panel::bottom("status line").frame(bar).show(ui, |ui| progress::status(ui, session));
-        Panel::left("controls").frame(side).exact_size(LEFT).resizable(false).show(ui, |ui| {
+        Panel::bottom("status line").frame(bar).show(ui, |ui| {
+            // Cut where it is too long, never wrapped.
+            ScrollArea::horizontal().show(ui, |ui| progress::status(ui, session));
+        });
+        let (sizes, place) = (&mut self.sizes, (session, window));
+        Part::Log.show(ui, place, below, sizes, &mut actions, |ui, actions| {
+            self.log.show(ui, session, actions);
+        });
+        Part::Left.show(ui, place, side, sizes, &mut actions, |ui, actions| {
             ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-                controls::show(ui, session, &mut actions);
+                controls::show(ui, session, actions);
+                widgets::follow_focus(ui);
             });
         });
-        Panel::right("primitives").frame(side).exact_size(RIGHT).resizable(false).show(ui, |ui| {
-            self.primitives.show(ui, session, &mut actions);
+        Part::Right.show(ui, place, side, sizes, &mut actions, |ui, actions| {
+            let height = ui.available_height();
+            ScrollArea::vertical().id_salt("right").auto_shrink([false, false]).show(ui, |ui| {
+                self.primitives.show(ui, session, height, actions);
+                widgets::follow_focus(ui);
+            });
         });
-        Panel::bottom("progress").frame(below).show(ui, |ui| progress::show(ui, session));
+        let bottom = Panel::bottom("progress").resizable(false).frame(below);
+        collapsible(ui, bottom, session, Verb::ToggleBottomPanel, &mut actions, |ui, _| {
+            // In a low window it leaves most of the room to the view.
+            ScrollArea::vertical().max_height(0.4 * window.y).auto_shrink([false, true]).show(ui, |ui| {
+                progress::show(ui, session);
+            });
+        });
         let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 0.0;
             viewport::toolbar(ui, session, &mut actions);
@@ -113,6 +164,7 @@ impl Interface {
         });
         merging::show(&ctx, session, area.inner, &mut actions);
         self.overlays.show(&ctx, session, area.inner, &mut actions);
+        keeping::show(&ctx, session, &mut actions);
         self.dialogs.show(&ctx, &mut actions);
         self.watch_hand(&ctx, session, &mut actions);
         self.watch_gesture(&ctx, &mut actions);

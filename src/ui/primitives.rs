@@ -1,7 +1,8 @@
 //! The right panel: the list of primitives, what is selected of them.
 
-use egui::{Frame, Margin, Panel, ScrollArea, Ui};
+use egui::Ui;
 
+use super::widgets::divide;
 use crate::session::Session;
 use crate::session::action::Action;
 
@@ -15,22 +16,26 @@ pub(super) use inspector::swatch;
 #[derive(Debug, Default)]
 pub(super) struct Primitives {
     list: list::List,
+    /// Height of what was shown of the selection in the frame before.
+    selection_height: f32,
 }
 
-/// The selected ones take at most this share of the panel.
-const INSPECTOR_SHARE: f32 = 0.62;
-
 impl Primitives {
-    pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
-        if inspector::has_something(session) {
-            let most = INSPECTOR_SHARE * ui.available_height();
-            let frame = Frame::new().inner_margin(Margin { top: 6, ..Margin::ZERO });
-            Panel::bottom("inspector").frame(frame).resizable(false).max_size(most).show(ui, |ui| {
-                ScrollArea::vertical().auto_shrink([false, true]).show(ui, |ui| {
-                    inspector::show(ui, session, actions);
-                });
-            });
+    /// `height` is that of the panel: the list takes what is left of it.
+    pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, height: f32, actions: &mut Vec<Action>) {
+        let bottom = ui.cursor().top() + height;
+        let has_selection = inspector::has_something(session);
+        let reserved = if has_selection { self.selection_height } else { 0.0 };
+        self.list.show(ui, session, bottom - reserved, actions);
+        if has_selection {
+            let top = ui.cursor().top();
+            divide(ui);
+            inspector::show(ui, session, actions);
+            let height = ui.cursor().top() - top;
+            if (height - self.selection_height).abs() > 0.5 {
+                self.selection_height = height;
+                ui.ctx().request_repaint();
+            }
         }
-        self.list.show(ui, session, actions);
     }
 }

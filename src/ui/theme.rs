@@ -9,6 +9,8 @@ use crate::session::view::ThemeChoice;
 
 /// Height of a row of controls.
 pub(super) const ROW: f32 = 22.0;
+/// Height of a row in a list that stands by itself.
+pub(super) const TALL_ROW: f32 = 26.0;
 /// Space between sections.
 pub(super) const SECTION_GAP: f32 = 10.0;
 
@@ -21,6 +23,7 @@ pub(super) struct Palette {
     /// Secondary text.
     pub(super) weak: Color32,
     pub(super) good: Color32,
+    pub(super) warn: Color32,
     pub(super) error: Color32,
     /// What floats above the viewport.
     pub(super) overlay: Color32,
@@ -35,6 +38,7 @@ const DARK: Palette = Palette {
     on_accent: Color32::from_rgb(12, 18, 26),
     weak: Color32::from_rgb(148, 156, 168),
     good: Color32::from_rgb(84, 190, 130),
+    warn: Color32::from_rgb(236, 178, 84),
     error: Color32::from_rgb(240, 108, 96),
     overlay: Color32::from_rgb(37, 41, 47),
     axes: [Color32::from_rgb(236, 98, 96), Color32::from_rgb(126, 196, 92), Color32::from_rgb(92, 146, 240)],
@@ -47,6 +51,7 @@ const LIGHT: Palette = Palette {
     on_accent: Color32::from_rgb(255, 255, 255),
     weak: Color32::from_rgb(94, 102, 114),
     good: Color32::from_rgb(24, 132, 76),
+    warn: Color32::from_rgb(146, 84, 0),
     error: Color32::from_rgb(190, 44, 36),
     overlay: Color32::from_rgb(252, 253, 254),
     axes: [Color32::from_rgb(206, 52, 52), Color32::from_rgb(62, 138, 34), Color32::from_rgb(40, 92, 206)],
@@ -72,6 +77,8 @@ pub(super) fn data_color([r, g, b]: [u8; 3]) -> Color32 {
 
 /// Sets both themes up, once.
 pub(super) fn install(ctx: &egui::Context) {
+    // The session has the zoom; the keys for it are in the table of verbs.
+    ctx.options_mut(|options| options.zoom_with_keyboard = false);
     ctx.style_mut_of(Theme::Dark, |style| {
         layout(style);
         style.visuals = visuals(
@@ -108,6 +115,14 @@ pub(super) fn choose(ctx: &egui::Context, choice: ThemeChoice) {
     if ctx.options(|o| o.theme_preference) != preference {
         ctx.set_theme(preference);
         // This frame's style was taken before.
+        ctx.request_repaint();
+    }
+}
+
+/// Draws everything so much larger than usual.
+pub(super) fn zoom(ctx: &egui::Context, factor: f32) {
+    if ctx.zoom_factor() != factor {
+        ctx.set_zoom_factor(factor);
         ctx.request_repaint();
     }
 }
@@ -155,6 +170,7 @@ fn visuals(
     v.weak_text_color = Some(palette.weak);
     v.hyperlink_color = palette.accent;
     v.error_fg_color = palette.error;
+    v.warn_fg_color = palette.warn;
     v.slider_trailing_fill = true;
     v.selection.bg_fill = palette.accent.gamma_multiply(if v.dark_mode { 0.38 } else { 0.24 });
     v.selection.stroke = Stroke::new(1.0, if v.dark_mode { Color32::WHITE } else { text });
@@ -179,7 +195,73 @@ fn visuals(
     w.hovered.bg_stroke = Stroke::new(1.0, lift(0.22));
     w.active.weak_bg_fill = lift(0.2);
     w.active.bg_fill = palette.accent;
+    // Also what the keyboard has reached is active: it has a ring.
+    w.active.bg_stroke = Stroke::new(1.5, palette.accent);
     w.open.weak_bg_fill = lift(0.12);
     w.noninteractive.corner_radius = radius;
     v
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Contrast ratio of WCAG 2: (L1 + 0.05) / (L2 + 0.05).
+    fn contrast(a: Color32, b: Color32) -> f32 {
+        let luminance = |color: Color32| {
+            let c = egui::Rgba::from(color);
+            0.2126 * c.r() + 0.7152 * c.g() + 0.0722 * c.b()
+        };
+        let (a, b) = (luminance(a), luminance(b));
+        (a.max(b) + 0.05) / (a.min(b) + 0.05)
+    }
+
+    #[test]
+    fn the_contrast_is_the_standards() {
+        assert!((contrast(Color32::WHITE, Color32::BLACK) - 21.0).abs() < 0.01);
+        assert!((contrast(Color32::from_gray(119), Color32::WHITE) - 4.48).abs() < 0.02);
+    }
+
+    #[test]
+    fn all_text_can_be_read() {
+        let ctx = egui::Context::default();
+        install(&ctx);
+        for (theme, palette) in [(Theme::Dark, DARK), (Theme::Light, LIGHT)] {
+            let style = ctx.style_of(theme);
+            let v = &style.visuals;
+            let w = &v.widgets;
+            let selected = v.panel_fill.blend(v.selection.bg_fill);
+            let mut pairs = vec![
+                ("text on accent", palette.on_accent, palette.accent),
+                ("selected text", v.selection.stroke.color, selected),
+                ("text in a field", w.inactive.fg_stroke.color, v.extreme_bg_color),
+                ("hint in a field", palette.weak, v.extreme_bg_color),
+                ("details of an error", w.noninteractive.fg_stroke.color, v.extreme_bg_color),
+            ];
+            for ground in [v.panel_fill, palette.overlay] {
+                pairs.extend([
+                    ("text", w.noninteractive.fg_stroke.color, ground),
+                    ("weak text", palette.weak, ground),
+                    ("accent", palette.accent, ground),
+                    ("warning", palette.warn, ground),
+                    ("error", palette.error, ground),
+                    ("chosen row", w.noninteractive.fg_stroke.color, ground.blend(v.selection.bg_fill)),
+                    ("weak text on a chosen row", palette.weak, ground.blend(v.selection.bg_fill)),
+                ]);
+            }
+            for (name, state) in
+                [("button", w.inactive), ("hovered", w.hovered), ("pressed", w.active), ("open", w.open)]
+            {
+                pairs.push((name, state.fg_stroke.color, state.weak_bg_fill));
+            }
+            for (name, text, ground) in pairs {
+                let ratio = contrast(text, ground);
+                assert!(ratio >= 4.5, "{name} in {theme:?}: {text:?} on {ground:?} has {ratio:.2} : 1");
+            }
+            // What is no text: marks, rings and dots.
+            for mark in [palette.good, palette.accent, palette.axes[0], palette.axes[1], palette.axes[2]] {
+                assert!(contrast(mark, v.panel_fill) >= 3.0, "{mark:?} in {theme:?}");
+            }
+        }
+    }
 }

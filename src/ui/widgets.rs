@@ -6,6 +6,7 @@ use super::theme::{self, Palette};
 pub(super) use crate::geometry::cloud::grouped as count;
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
+use crate::session::messages::Offer;
 
 /// The heading of a section in a panel.
 pub(super) fn section(ui: &mut Ui, title: &str) {
@@ -53,7 +54,8 @@ pub(super) fn primary_button(
 fn add_verb(ui: &mut Ui, session: &Session, verb: Verb, button: Button<'_>, actions: &mut Vec<Action>) {
     let response = ui.add_enabled(session.is_enabled(verb), button);
     let text = tooltip(verb);
-    let why = session.why_disabled(verb).unwrap_or(&text);
+    let why = session.reason(verb).map(|why| format!("{text}\n{why}"));
+    let why = why.as_deref().unwrap_or(&text);
     if response.on_hover_text(&text).on_disabled_hover_text(why).clicked() {
         actions.push(Action::Verb(verb));
     }
@@ -69,18 +71,73 @@ pub(super) fn menu_item(ui: &mut Ui, session: &Session, verb: Verb, actions: &mu
     if let Some(shortcut) = entry.shortcut {
         button = button.shortcut_text(shortcut.to_string());
     }
-    let response = ui.add_enabled(session.is_enabled(verb), button).on_hover_text(entry.tooltip);
-    if response.clicked() {
+    let why = session.reason(verb).unwrap_or(entry.tooltip);
+    let response = ui.add_enabled(session.is_enabled(verb), button);
+    if response.on_hover_text(entry.tooltip).on_disabled_hover_text(why).clicked() {
         actions.push(Action::Verb(verb));
         ui.close();
     }
 }
 
-/// One of several choices in a row; whether it was chosen.
-pub(super) fn choice(ui: &mut Ui, on: bool, text: &str, width: f32) -> bool {
+/// One of several choices in a row.
+pub(super) fn choice(ui: &mut Ui, on: bool, text: &str, width: f32) -> Response {
     ui.spacing_mut().button_padding.x = 3.0;
     let button = Button::selectable(on, text).min_size(vec2(width, theme::ROW)).frame_when_inactive(true);
-    ui.add(button).clicked()
+    ui.add(button)
+}
+
+/// A button for what a message offers; whether it was pressed.
+pub(super) fn offer_button(ui: &mut Ui, session: &Session, offer: &Offer, actions: &mut Vec<Action>) -> bool {
+    let (enabled, about) = match &*offer.action {
+        Action::Verb(verb) => (session.is_enabled(*verb), tooltip(*verb)),
+        Action::ShowInFolder(path) => (true, path.display().to_string()),
+        _ => (true, offer.text.to_owned()),
+    };
+    let pressed = ui.add_enabled(enabled, Button::new(offer.text)).on_hover_text(about).clicked();
+    if pressed {
+        actions.push((*offer.action).clone());
+    }
+    pressed
+}
+
+/// A cross that closes something; `label` says what.
+pub(super) fn close_button(ui: &mut Ui, label: &str) -> Response {
+    let (rect, response) = ui.allocate_exact_size(vec2(theme::ROW, theme::ROW), Sense::click());
+    response.widget_info(|| WidgetInfo::labeled(Role::Button, true, label));
+    if ui.is_rect_visible(rect) {
+        if response.hovered() || response.has_focus() {
+            ui.painter().rect_filled(rect, 4.0, ui.visuals().widgets.hovered.weak_bg_fill);
+        }
+        focus_ring(ui, &response);
+        let stroke = egui::Stroke::new(1.4, ui.visuals().text_color());
+        let (center, arm) = (rect.center(), 4.0);
+        for sign in [-1.0, 1.0] {
+            let offset = vec2(arm, sign * arm);
+            ui.painter().line_segment([center - offset, center + offset], stroke);
+        }
+    }
+    response.on_hover_text(label)
+}
+
+/// Around what was reached by the keyboard, for widgets that are painted by hand.
+pub(super) fn focus_ring(ui: &Ui, response: &Response) {
+    if response.has_focus() {
+        let stroke = ui.visuals().widgets.active.bg_stroke;
+        ui.painter().rect_stroke(response.rect, 4.0, stroke, egui::StrokeKind::Inside);
+    }
+}
+
+/// Scrolls to what the keyboard has just reached. To be called at the end of a
+/// scroll area's contents.
+pub(super) fn follow_focus(ui: &mut Ui) {
+    let Some(id) = ui.memory(|memory| memory.focused()) else { return };
+    let Some(response) = ui.ctx().read_response(id) else { return };
+    if response.gained_focus()
+        && response.layer_id == ui.layer_id()
+        && ui.min_rect().intersects(response.rect)
+    {
+        ui.scroll_to_rect(response.rect.expand2(vec2(0.0, theme::ROW)), None);
+    }
 }
 
 /// An eye that is open or shut; `label` says of what.
@@ -89,6 +146,7 @@ pub(super) fn eye(ui: &mut Ui, open: bool, label: &str) -> Response {
     let enabled = ui.is_enabled();
     response.widget_info(|| WidgetInfo::selected(Role::CheckBox, enabled, open, label));
     if ui.is_rect_visible(rect) {
+        focus_ring(ui, &response);
         let color = if response.hovered() || response.has_focus() {
             ui.visuals().strong_text_color()
         } else if open {

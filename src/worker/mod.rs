@@ -29,6 +29,7 @@ pub use protocol::{
     Activity, Cause, Command, Event, LoadedShape, Measurement, Pace, Renewed, SamplingOptions, Setup,
     Snapshot, Source, State,
 };
+pub use trouble::FAULT;
 
 /// Commands that may wait for a busy worker before they wait at the sender.
 const COMMAND_CAPACITY: usize = 64;

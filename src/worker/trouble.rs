@@ -32,6 +32,9 @@ impl Stop {
     }
 }
 
+/// What [`Event::Failed`](super::Event::Failed) says after a panic.
+pub const FAULT: &str = "The sampler stopped at an unexpected fault";
+
 /// Runs `work`, and turns a panic into trouble that can be reported.
 pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
     catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| {
@@ -40,9 +43,6 @@ pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, Stop>) -> Result<T, St
             .map(|text| (*text).to_owned())
             .or_else(|| payload.downcast_ref::<String>().cloned())
             .unwrap_or_else(|| "it gave no message".to_owned());
-        Err(Stop::trouble(
-            "The program made a mistake and went back to the last good state",
-            format!("{message}. Please report this, with the shape and the parameters"),
-        ))
+        Err(Stop::trouble(FAULT, message))
     })
 }

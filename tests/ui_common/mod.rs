@@ -26,6 +26,8 @@ pub(crate) fn options(source: Source) -> Options {
         sampling: SamplingOptions { points: 700, seed: 1, ..SamplingOptions::default() },
         params: Params { iterations: 6, clusters: 12, ..Params::default() },
         screenshot: None,
+        state_folder: None,
+        reset_layout: false,
     }
 }
 
@@ -57,10 +59,10 @@ impl Driver {
 
     /// Chooses the light theme from the menu.
     pub(crate) fn set_light(&mut self) {
-        self.press("View");
+        self.press("Window");
         self.harness.get_by_role_and_label(Role::Button, "Theme").hover();
         self.harness.run_steps(3);
-        self.press("Light");
+        self.press("Light theme");
         self.harness.run_steps(2);
     }
 

@@ -3,12 +3,17 @@
 mod baselines;
 mod checkpoints;
 mod degenerate;
+mod edits;
 mod energies;
+mod explanations;
 mod fits;
 mod laws;
+mod locks;
 mod merges;
+mod proposals;
 mod runs;
 mod scenes;
+mod uncertain;
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU32, Ordering};

@@ -12,7 +12,7 @@ use crate::session::Session;
 use crate::session::action::{Action, Verb};
 use crate::session::selection::Select;
 use crate::ui::theme::{self, Palette};
-use crate::ui::widgets::{count, eye, length, menu_item};
+use crate::ui::widgets::{count, eye, focus_ring, follow_focus, length, menu_item};
 
 /// Right edges of the columns, from the list's right edge.
 const ERROR_COLUMN: f32 = 50.0;
@@ -75,7 +75,8 @@ pub(super) struct List {
 }
 
 impl List {
-    pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
+    /// The rows end at `bottom`, but for the fewest that are always there.
+    pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, bottom: f32, actions: &mut Vec<Action>) {
         let primitives = session.primitives();
         title(ui, session, actions);
         if primitives.is_empty() {
@@ -94,7 +95,7 @@ impl List {
             order.reverse();
         }
         let target = self.step(ui, &order, actions);
-        let height = ui.available_height().max(FEWEST_ROWS * theme::ROW);
+        let height = (bottom - ui.cursor().top()).max(FEWEST_ROWS * theme::ROW);
         let pitch = theme::ROW + ui.spacing().item_spacing.y;
         ScrollArea::vertical().auto_shrink([false, true]).max_height(height).show_rows(
             ui,
@@ -109,6 +110,7 @@ impl List {
                 for index in rows {
                     self.row(ui, session, &order, index, actions);
                 }
+                follow_focus(ui);
             },
         );
     }
@@ -326,10 +328,7 @@ fn paint_row(ui: &Ui, session: &Session, primitive: &Primitive, rect: Rect, resp
     } else if response.hovered() {
         ui.painter().rect_filled(rect, 3.0, visuals.faint_bg_color);
     }
-    if response.has_focus() {
-        let stroke = egui::Stroke::new(1.0, Palette::of(ui).accent);
-        ui.painter().rect_stroke(rect, 3.0, stroke, egui::StrokeKind::Inside);
-    }
+    focus_ring(ui, response);
     let strength = if session.hidden.contains(&id) { 0.4 } else { 1.0 };
     let color = theme::data_color(session.color_of(id)).gamma_multiply(strength);
     let swatch = Rect::from_center_size(pos2(rect.left() + 12.0, rect.center().y), vec2(12.0, 12.0));

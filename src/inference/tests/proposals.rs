@@ -1,0 +1,142 @@
+//! Merges before they are made.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use super::super::abstraction::Occurrence;
+use super::super::edit::Edit;
+use super::super::params::{MergeRule, Params};
+use super::super::proposal::MergeProposal;
+use super::super::run::Run;
+use super::super::sampler::Cancel;
+use super::{gate, same_bits};
+use crate::geometry::SampleCloud;
+
+fn never() -> Cancel {
+    Cancel::default()
+}
+
+/// Before any merge pass.
+fn paused(merge: MergeRule) -> Run {
+    let params = Params { iterations: 3, clusters: 12, merge, ..Params::default() };
+    let mut run = Run::new(Arc::new(SampleCloud::from_points(&gate(500))), params, &never()).unwrap();
+    for _ in 0..2 {
+        run.step(&never()).unwrap();
+    }
+    run
+}
+
+/// Whether the first look at the pair promised nothing, whatever came of it.
+fn was_given_up(run: &Run, p: &MergeProposal) -> bool {
+    run.checkpoint().unions.iter().any(|u| u.revisions == p.revisions && u.union.is_none())
+}
+
+#[test]
+fn proposing_and_accepting_is_the_step() {
+    for merge in [MergeRule::Energy, MergeRule::Paper] {
+        let mut by_step = paused(merge);
+        let mut by_hand = by_step.clone();
+        let mut merges = 0;
+        loop {
+            let before = by_hand.abstraction();
+            let proposal = by_hand.propose_merge(&[], &never()).unwrap();
+            assert!(same_bits(&before, &by_hand.abstraction()), "a look has changed the state");
+            let report = by_step.step_merge(&never()).unwrap();
+            let Some(report) = report else {
+                assert!(proposal.is_none_or(|p| !p.is_acceptable || was_given_up(&by_hand, &p)));
+                break;
+            };
+            let proposal = proposal.unwrap();
+            assert!(proposal.is_acceptable);
+            assert_eq!(
+                (proposal.pair, proposal.into, &proposal.reason),
+                (report.merged, report.into, &report.reason)
+            );
+            // Through text, as it may come back.
+            let text = serde_json::to_string(&proposal).unwrap();
+            let proposal: MergeProposal = serde_json::from_str(&text).unwrap();
+            let told =
+                by_hand.edit(&Edit::AcceptMerge { proposal: Box::new(proposal.clone()) }, &never()).unwrap();
+            assert_eq!(told, [Occurrence::Merged(report)]);
+            assert!(same_bits(&by_step.abstraction(), &by_hand.abstraction()));
+            assert_eq!(by_step.checkpoint(), by_hand.checkpoint());
+            let shown =
+                by_hand.abstraction().primitives.iter().find(|p| p.id == proposal.into).unwrap().shape;
+            assert_eq!(shown, proposal.union, "another union than the one shown");
+            // It can't be accepted twice.
+            let error =
+                by_hand.edit(&Edit::AcceptMerge { proposal: Box::new(proposal) }, &never()).unwrap_err();
+            assert!(
+                error.to_string().contains("primitive") || error.to_string().contains("again"),
+                "{error}"
+            );
+            merges += 1;
+        }
+        assert!(merges > 1, "{merge:?}");
+    }
+}
+
+#[test]
+fn skipped_pairs_do_not_come_back_and_the_worst_can_be_seen() {
+    for merge in [MergeRule::Energy, MergeRule::Paper, MergeRule::None] {
+        let mut run = paused(merge);
+        let before = run.abstraction();
+        let mut skipped = Vec::new();
+        let mut seen = BTreeSet::new();
+        let mut refused = 0;
+        while let Some(p) = run.propose_merge(&skipped, &never()).unwrap() {
+            let (a, b) = p.pair;
+            assert!(seen.insert((a.min(b), a.max(b))), "{a} and {b} were skipped");
+            assert!(p.into == a || p.into == b);
+            assert!(p.union.is_valid() && !p.reason.is_empty() && !p.numbers.is_empty());
+            assert!(p.numbers.iter().all(|n| n.value.is_finite() && !n.meaning.is_empty()));
+            let is_late = p.is_acceptable && refused > 0;
+            assert!(!is_late || was_given_up(&run, &p), "a better one came later");
+            refused += usize::from(!p.is_acceptable);
+            // Either order skips.
+            skipped.push((b, a));
+        }
+        assert!(refused > 3 && same_bits(&before, &run.abstraction()), "{merge:?}");
+    }
+}
+
+#[test]
+fn the_gain_is_what_its_numbers_say() {
+    let mut run = paused(MergeRule::Energy);
+    let p = run.propose_merge(&[], &never()).unwrap().unwrap();
+    let number = |name: &str| p.numbers.iter().find(|n| n.name == name).unwrap().value;
+    let gain = number("Error before") + number("Price saved") - number("Error after");
+    assert!((gain - number("Gain")).abs() < 1e-12);
+    assert_eq!(p.is_acceptable, gain > 0.0);
+    assert!(p.reason.contains(&format!("{gain:.4}")), "{}", p.reason);
+}
+
+#[test]
+fn any_pair_can_be_looked_at() {
+    for merge in [MergeRule::Energy, MergeRule::Paper, MergeRule::None] {
+        let mut run = paused(merge);
+        let a = run.abstraction();
+        // The two farthest apart.
+        let far = |x: f64| {
+            a.primitives
+                .iter()
+                .max_by(|p, q| {
+                    let key = |p: &super::super::Primitive| p.shape.translation.x * x + p.shape.translation.z;
+                    key(p).total_cmp(&key(q))
+                })
+                .unwrap()
+                .id
+        };
+        let (left, right) = (far(-1.0), far(1.0));
+        let p = run.propose_merge_of(left, right, &never()).unwrap();
+        assert!(!p.is_acceptable, "{merge:?}: {}", p.reason);
+        // The person may know better.
+        run.edit(&Edit::AcceptMerge { proposal: Box::new(p.clone()) }, &never()).unwrap();
+        assert_eq!(run.abstraction().primitives.len() + 1, a.primitives.len());
+        assert!(run.propose_merge_of(left, left, &never()).is_err());
+        assert!(run.propose_merge_of(p.into, 999, &never()).is_err());
+        run.edit(&Edit::Lock { id: p.into, locked: true }, &never()).unwrap();
+        let other = run.abstraction().primitives.iter().map(|q| q.id).find(|id| *id != p.into).unwrap();
+        assert!(run.propose_merge_of(p.into, other, &never()).unwrap_err().to_string().contains("locked"));
+    }
+}

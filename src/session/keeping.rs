@@ -1,0 +1,327 @@
+//! How the session relates to files: which one it is saved in, what has been
+//! changed since, what earlier windows left behind.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
+
+use serde::{Deserialize, Serialize};
+
+use super::document::Document;
+use super::messages::{Level, Message};
+use super::timeline::Branch;
+use super::workspace::Workspace;
+use super::{Action, Effect, Session};
+
+/// A session that was left behind by a process that is no more.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Found {
+    /// Names it to whoever looks after journals.
+    pub id: u64,
+    pub summary: Summary,
+    /// When it was last written.
+    pub kept_at: SystemTime,
+}
+
+/// What a session comes to, for a person who is to choose one.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Summary {
+    /// The shape's name, where there is one.
+    pub shape: Option<String>,
+    /// Of the shown state: iterations made, and how many there were to be.
+    pub iteration: u32,
+    pub iterations: u32,
+    pub primitives: usize,
+    pub branches: usize,
+    /// Steps that can be undone.
+    pub steps: usize,
+}
+
+impl std::fmt::Display for Summary {
+    /// “chair.obj, iteration 17 of 30, 2 branches”.
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.write_str(self.shape.as_deref().unwrap_or("No shape"))?;
+        if self.primitives > 0 {
+            write!(f, ", iteration {} of {}", self.iteration, self.iterations)?;
+        }
+        match self.branches {
+            0 | 1 => Ok(()),
+            branches => write!(f, ", {branches} branches"),
+        }
+    }
+}
+
+impl Summary {
+    /// Of a document with so many steps to undo.
+    pub fn of(document: &Document, steps: usize) -> Self {
+        let shown = document.timeline.shown();
+        let params = shown.map_or(document.params, |state| state.params);
+        Self {
+            shape: document.loaded.as_ref().map(|loaded| loaded.shape.name.clone()),
+            iteration: shown.map_or(0, |state| state.abstraction.iteration),
+            iterations: params.iterations,
+            primitives: shown.map_or(0, |state| state.abstraction.primitives.len()),
+            branches: document.timeline.branches().len(),
+            steps,
+        }
+    }
+}
+
+/// What of the present session is in a file.
+#[derive(Debug, Default)]
+enum Saved {
+    /// Nothing was ever saved: what a person has done is unsaved.
+    #[default]
+    Never,
+    /// It came from the journal of another window: all of it is unsaved.
+    Recovered,
+    As(Box<Document>),
+}
+
+/// What waits for a decision about unsaved work, which nothing else keeps.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Parting {
+    Quit,
+    /// Another session is to be opened.
+    Open(Opening),
+}
+
+/// A session that is to be opened.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Opening {
+    File(PathBuf),
+    /// What was left behind, by its id.
+    Recovered(u64),
+    /// What was closed last without being saved.
+    Last,
+}
+
+/// Where the session is kept.
+#[derive(Debug, Default)]
+pub struct Keeping {
+    /// The file that the session was saved in, or opened from.
+    path: Option<PathBuf>,
+    saved: Saved,
+    /// What earlier windows left behind and nobody has decided about.
+    found: Vec<Found>,
+    /// Whether there is a session that was closed without being saved.
+    has_last: bool,
+    /// Whether the journal holds all that can be lost.
+    is_kept: bool,
+    parting: Option<Parting>,
+}
+
+impl Keeping {
+    pub fn path(&self) -> Option<&Path> {
+        self.path.as_deref()
+    }
+
+    /// What a person is asked about: sessions that were left behind.
+    pub fn found(&self) -> &[Found] {
+        &self.found
+    }
+
+    pub fn has_last(&self) -> bool {
+        self.has_last
+    }
+
+    /// What waits for a decision about unsaved work.
+    pub fn parting(&self) -> Option<&Parting> {
+        self.parting.as_ref()
+    }
+}
+
+/// What the one who looks after files tells.
+#[derive(Debug)]
+pub enum KeepingEvent {
+    Found(Vec<Found>),
+    HasLast(bool),
+    /// The journal holds the session.
+    Kept,
+    /// Nothing can be kept for now, and why.
+    NotKept(String),
+    Saved {
+        path: PathBuf,
+        workspace: Box<Workspace>,
+    },
+    Opened {
+        from: Opening,
+        workspace: Box<Workspace>,
+        /// What was lost, one sentence each.
+        notes: Vec<String>,
+    },
+    Failed {
+        what: String,
+        error: String,
+    },
+}
+
+/// What to do about unsaved work.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PartingAnswer {
+    Save,
+    Discard,
+    Cancel,
+}
+
+impl Session {
+    /// Name of the session: that of its file, or of its shape.
+    pub fn title(&self) -> Option<String> {
+        let file =
+            self.keeping.path().and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
+        file.or_else(|| self.loaded.as_ref().map(|loaded| loaded.shape.name.clone()))
+    }
+
+    /// Whether a person has done something that is in no session file.
+    pub fn is_changed(&self) -> bool {
+        match &self.keeping.saved {
+            Saved::Never => !self.undo.done().is_empty() || !self.undo.undone().is_empty(),
+            Saved::Recovered => true,
+            Saved::As(saved) => !self.has_work_of(saved),
+        }
+    }
+
+    /// Whether the present work is that of the document: what is selected, and
+    /// which state is shown, is no work.
+    fn has_work_of(&self, saved: &Document) -> bool {
+        let place = |loaded: &Option<_>| loaded.as_ref().map(std::sync::Arc::as_ptr);
+        let mark = |branch: &Branch| (branch.id, branch.states.len(), branch.states.last().map(|s| s.key));
+        let (now, then) = (self.timeline.branches(), saved.timeline.branches());
+        place(&self.loaded) == place(&saved.loaded)
+            && (self.params, self.sampling) == (saved.params, saved.sampling)
+            && self.hidden == saved.hidden
+            && now.len() == then.len()
+            && now.iter().zip(then).all(|(a, b)| mark(a) == mark(b) && a.name == b.name)
+    }
+
+    /// Whether this is what was kept last; where the camera stands is not
+    /// worth keeping by itself.
+    pub fn is_kept_as(&self, kept: &Workspace) -> bool {
+        let Workspace { document, undo, pace, is_live, view, .. } = kept;
+        self.undo.is_same(undo)
+            && (self.pace, self.live.is_on, self.view) == (*pace, *is_live, *view)
+            && self.is_document(document)
+    }
+
+    fn is_document(&self, document: &Document) -> bool {
+        let place = |loaded: &Option<_>| loaded.as_ref().map(std::sync::Arc::as_ptr);
+        place(&self.loaded) == place(&document.loaded)
+            && (self.params, self.sampling) == (document.params, document.sampling)
+            && self.timeline == document.timeline
+            && self.selection == document.selection
+            && self.selected_points == document.selected_points
+            && self.hidden == document.hidden
+    }
+
+    /// The session as it is to be kept when the window closes; `None` where
+    /// nothing would be missed.
+    pub fn unsaved(&self) -> Option<Workspace> {
+        self.is_changed().then(|| self.workspace())
+    }
+
+    /// Takes in what became of the files.
+    pub fn absorb_keeping(&mut self, event: KeepingEvent) -> Vec<Effect> {
+        match event {
+            KeepingEvent::Found(found) => self.keeping.found = found,
+            KeepingEvent::HasLast(has) => self.keeping.has_last = has,
+            KeepingEvent::Kept => self.keeping.is_kept = true,
+            KeepingEvent::NotKept(error) => {
+                self.keeping.is_kept = false;
+                self.messages.push(Level::Error, "The session can't be kept for the case of a crash", error);
+            }
+            KeepingEvent::Saved { path, workspace } => {
+                self.messages.dismiss_errors();
+                let text = format!("Saved the session to {}", path.display());
+                let offer = Action::ShowInFolder(path.clone());
+                self.messages.add(Message::new(Level::Note, text).offer("Show in folder", offer));
+                self.window.recent.add(&path);
+                self.keeping.path = Some(path);
+                self.keeping.saved = Saved::As(Box::new(workspace.document));
+                if let Some(parting) = self.keeping.parting.take() {
+                    return vec![self.part(parting)];
+                }
+            }
+            KeepingEvent::Opened { from, workspace, notes } => {
+                let name =
+                    workspace.document.loaded.as_ref().map_or("the session", |l| l.shape.name.as_str());
+                self.messages.dismiss_errors();
+                self.messages.push(Level::Note, format!("Opened {name} as it was left"), "");
+                for note in notes {
+                    self.messages.push(Level::Error, "The session is not complete", note);
+                }
+                self.keeping.saved = match &from {
+                    Opening::File(_) => Saved::As(Box::new(workspace.document.clone())),
+                    Opening::Recovered(_) | Opening::Last => Saved::Recovered,
+                };
+                if let Opening::Recovered(id) = &from {
+                    self.keeping.found.retain(|found| found.id != *id);
+                }
+                self.keeping.path = if let Opening::File(path) = from { Some(path) } else { None };
+                if let Some(path) = &self.keeping.path {
+                    self.window.recent.add(path);
+                }
+                return self.take_workspace(*workspace);
+            }
+            KeepingEvent::Failed { what, error } => {
+                self.keeping.parting = None;
+                self.messages.push(Level::Error, what, error);
+            }
+        }
+        Vec::new()
+    }
+
+    /// Saves the session where it was saved before, or asks where.
+    pub(super) fn save_session(&mut self) -> Effect {
+        self.keeping.path.clone().map_or(Effect::AskForSession, Effect::SaveSession)
+    }
+
+    /// Opens another session, or quits: at once where nothing is lost by it.
+    pub(super) fn leave(&mut self, parting: Parting) -> Vec<Effect> {
+        if self.is_changed() && !self.keeping.is_kept {
+            self.keeping.parting = Some(parting);
+            return Vec::new();
+        }
+        vec![self.part(parting)]
+    }
+
+    pub(super) fn answer_parting(&mut self, answer: PartingAnswer) -> Vec<Effect> {
+        match answer {
+            // It goes on when the file is written.
+            PartingAnswer::Save if self.keeping.parting.is_some() => vec![self.save_session()],
+            PartingAnswer::Discard => self.keeping.parting.take().map(|p| self.part(p)).into_iter().collect(),
+            PartingAnswer::Save | PartingAnswer::Cancel => {
+                self.keeping.parting = None;
+                Vec::new()
+            }
+        }
+    }
+
+    fn part(&mut self, parting: Parting) -> Effect {
+        match parting {
+            Parting::Quit => Effect::Quit,
+            Parting::Open(opening) => Effect::OpenSession(opening),
+        }
+    }
+
+    /// Decides about something that was left behind.
+    pub(super) fn discard_found(&mut self, id: u64) -> Effect {
+        self.keeping.found.retain(|found| found.id != id);
+        Effect::DiscardFound(id)
+    }
+
+    /// Leaves what was left behind for the next start.
+    pub(super) fn put_off_found(&mut self) {
+        self.keeping.found.clear();
+    }
+}
+
+/// How long ago something was, for people: “12 minutes ago”.
+pub fn ago(then: SystemTime, now: SystemTime) -> String {
+    let seconds = now.duration_since(then).unwrap_or(Duration::ZERO).as_secs();
+    let (count, unit) = match seconds {
+        0..60 => return "a moment ago".to_owned(),
+        60..3600 => (seconds / 60, "minute"),
+        3600..86_400 => (seconds / 3600, "hour"),
+        _ => (seconds / 86_400, "day"),
+    };
+    format!("{count} {unit}{} ago", if count == 1 { "" } else { "s" })
+}

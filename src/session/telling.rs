@@ -1,0 +1,155 @@
+//! What is said when something went well or wrong, and what is offered then;
+//! files that are opened and remembered.
+
+use std::path::{Path, PathBuf};
+
+use super::keeping::{Opening, Parting};
+use super::messages::{Level, Message};
+use super::window::Window;
+use super::{Action, Effect, Session, Verb};
+use crate::io;
+use crate::worker::{Activity, FAULT, Source};
+
+impl Session {
+    /// Says that something failed, and what to do about it: which depends on
+    /// what was going on.
+    pub(super) fn fail(&mut self, what: String, causes: &str) {
+        let message = Message::error(what, causes);
+        let message = if message.what == FAULT {
+            message
+                .advise(
+                    "The last good state stays, and nothing else is lost. Run again, or with another seed; if \
+                     it happens again, please report it with the details, the shape and the parameters",
+                )
+                .offer("Run again", Action::Verb(Verb::Run))
+        } else {
+            match self.activity {
+                Activity::Loading => {
+                    let advice = if self.loaded.is_some() {
+                        "What was open stays as it was. Choose another file, or mend this one and open it again"
+                    } else {
+                        "Choose another file, or mend this one and open it again"
+                    };
+                    message.advise(advice).offer(Verb::Open.entry().text, Action::Verb(Verb::Open))
+                }
+                Activity::Writing => message
+                    .advise("Nothing was written. Choose a folder that exists and that you may write to"),
+                _ => message,
+            }
+        };
+        self.messages.add(message);
+    }
+
+    /// Says that a file was written.
+    pub(super) fn tell_written(&mut self, what: &str, path: PathBuf) {
+        let text = format!("Wrote the {what} to {}", path.display());
+        self.messages
+            .add(Message::new(Level::Note, text).offer("Show in folder", Action::ShowInFolder(path)));
+    }
+
+    /// Opens a shape or a session, and remembers its folder.
+    pub(super) fn open_file(&mut self, path: PathBuf) -> Vec<Effect> {
+        self.window.open_folder = path.parent().map(PathBuf::from);
+        if io::has_session_ending(&path) {
+            return self.leave(Parting::Open(Opening::File(path)));
+        }
+        self.open(Source::File(path))
+    }
+
+    /// Opens the first of the files that can be a shape or a session, and says so if there
+    /// were others.
+    pub(super) fn open_dropped(&mut self, paths: Vec<PathBuf>) -> Vec<Effect> {
+        let count = paths.len();
+        let readable = paths
+            .iter()
+            .position(|path| io::has_shape_ending(path) || io::has_session_ending(path))
+            .unwrap_or_default();
+        let Some(path) = paths.into_iter().nth(readable) else { return Vec::new() };
+        if count > 1 {
+            let name = path.file_name().unwrap_or(path.as_os_str()).display();
+            let text = format!("Of the {count} files that were dropped, {name} was opened");
+            self.messages.push(Level::Note, text, "one shape is open at a time");
+        }
+        self.open_file(path)
+    }
+
+    pub(super) fn forget_recent(&mut self, path: &Path) {
+        self.window.recent.forget(path);
+        let text = format!("{} is no longer there", path.display());
+        self.messages.push(Level::Warning, text, "it was taken off the list of recent files");
+    }
+
+    /// The window as on the first start, but for what was open before.
+    pub(super) fn reset_layout(&mut self) -> Vec<Effect> {
+        let old = std::mem::take(&mut self.window);
+        self.window = Window {
+            recent: old.recent,
+            open_folder: old.open_folder,
+            save_folder: old.save_folder,
+            commands: old.commands,
+            ..Window::default()
+        };
+        self.view.theme = super::view::ThemeChoice::default();
+        self.view.shows_log = false;
+        vec![Effect::ResetLayout]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::inference::Params;
+    use crate::worker::{Command, Event, SamplingOptions};
+
+    fn session() -> Session {
+        Session::new(Params::default(), SamplingOptions::default())
+    }
+
+    #[test]
+    fn a_fault_in_the_sampler_offers_to_run_again() {
+        let mut session = session();
+        session.activity = Activity::Running;
+        session.absorb(Event::Failed { what: FAULT.to_owned(), error: "index out of bounds".to_owned() });
+        let message = session.messages.open_error().unwrap();
+        assert!(message.advice.contains("The last good state stays"), "{}", message.advice);
+        let offer = message.offer.as_ref().unwrap();
+        assert_eq!((offer.text, &*offer.action), ("Run again", &Action::Verb(Verb::Run)));
+    }
+
+    #[test]
+    fn of_several_dropped_files_the_first_shape_is_opened() {
+        let mut session = session();
+        let paths = ["a.txt.bak", "b.PLY", "c.obj"].map(PathBuf::from).to_vec();
+        let effects = session.apply(Action::OpenDropped(paths));
+        let [Effect::Send(Command::Load { source, .. })] = &effects[..] else { panic!("{effects:?}") };
+        assert_eq!(*source, Source::File("b.PLY".into()));
+        assert!(session.messages.iter().any(|m| m.what.contains("b.PLY was opened")));
+        assert!(session.apply(Action::OpenDropped(Vec::new())).is_empty());
+    }
+
+    #[test]
+    fn a_file_that_is_gone_is_forgotten_and_that_is_said() {
+        let mut session = session();
+        let path = std::env::temp_dir().join("gone.ply");
+        session.window.recent.add(&path);
+        let effects = session.apply(Action::OpenRecent(path.clone()));
+        assert!(matches!(&effects[..], [Effect::OpenIfThere(p)] if *p == path));
+        session.apply(Action::ForgetRecent(path));
+        assert!(session.window.recent.is_empty());
+        assert!(session.messages.iter().any(|m| m.level == Level::Warning && m.what.contains("gone.ply")));
+    }
+
+    #[test]
+    fn resetting_the_layout_keeps_the_recent_files() {
+        let mut session = session();
+        session.window.recent.add(Path::new("chair.ply"));
+        for verb in [Verb::ToggleLeftPanel, Verb::ZoomIn, Verb::ThemeLight] {
+            session.apply(Action::Verb(verb));
+        }
+        let effects = session.apply(Action::Verb(Verb::ResetLayout));
+        assert!(matches!(effects[..], [Effect::ResetLayout]));
+        let expected = Window { recent: session.window.recent.clone(), ..Window::default() };
+        assert_eq!(session.window, expected);
+        assert!(!session.window.recent.is_empty());
+    }
+}

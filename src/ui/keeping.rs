@@ -1,0 +1,116 @@
+//! Questions about sessions: what was left behind, what is unsaved.
+
+use std::time::SystemTime;
+
+use egui::{Context, Frame, Label, Modal, RichText, Ui};
+
+use super::theme::Palette;
+use crate::session::Session;
+use crate::session::action::Action;
+use crate::session::keeping::{Found, Opening, Parting, PartingAnswer, ago};
+
+/// Width of a question, in logical pixels.
+const WIDTH: f32 = 440.0;
+
+pub(super) fn show(ctx: &Context, session: &Session, actions: &mut Vec<Action>) {
+    if let Some(parting) = session.keeping.parting() {
+        about_unsaved(ctx, parting, actions);
+    } else if !session.keeping.found().is_empty() {
+        about_found(ctx, session.keeping.found(), actions);
+    }
+}
+
+/// What was left behind by windows that ended without being closed.
+fn about_found(ctx: &Context, found: &[Found], actions: &mut Vec<Action>) {
+    let response = modal("left behind").frame(frame(ctx)).show(ctx, |ui| {
+        ui.set_width(WIDTH);
+        ui.heading(if found.len() == 1 { "Recover the last session?" } else { "Recover a session?" });
+        ui.add_space(4.0);
+        weak(ui, "Superform ended without being closed. Nothing was lost but, at most, the last step.");
+        ui.add_space(8.0);
+        let now = SystemTime::now();
+        egui::ScrollArea::vertical().max_height(260.0).show(ui, |ui| {
+            for session in found {
+                row(ui, session, now, actions);
+            }
+        });
+        ui.add_space(8.0);
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            let later =
+                ui.button("Later").on_hover_text("Go on without it; it is offered again at the next start");
+            if later.clicked() {
+                actions.push(Action::PutOffFound);
+            }
+        });
+    });
+    if response.should_close() {
+        actions.push(Action::PutOffFound);
+    }
+}
+
+/// One session with what can be done about it.
+fn row(ui: &mut Ui, session: &Found, now: SystemTime, actions: &mut Vec<Action>) {
+    Frame::group(ui.style()).inner_margin(10.0).show(ui, |ui| {
+        ui.set_width(ui.available_width());
+        ui.add(Label::new(RichText::new(session.summary.to_string()).strong()).wrap());
+        let steps = match session.summary.steps {
+            0 => String::new(),
+            1 => ", 1 step to undo".to_owned(),
+            steps => format!(", {steps} steps to undo"),
+        };
+        weak(ui, &format!("Kept {}{steps}", ago(session.kept_at, now)));
+        ui.add_space(6.0);
+        ui.horizontal(|ui| {
+            let recover =
+                ui.button("Recover").on_hover_text("Open it as it was, with its history and branches");
+            if recover.clicked() {
+                actions.push(Action::OpenSession(Opening::Recovered(session.id)));
+            }
+            let discard = ui.button("Discard").on_hover_text("Delete it; it can't be had back");
+            if discard.clicked() {
+                actions.push(Action::DiscardFound(session.id));
+            }
+        });
+    });
+    ui.add_space(4.0);
+}
+
+/// What is unsaved and would be lost, since nothing can be kept.
+fn about_unsaved(ctx: &Context, parting: &Parting, actions: &mut Vec<Action>) {
+    let (heading, discard) = match parting {
+        Parting::Quit => ("Save the session before quitting?", "Quit without saving"),
+        Parting::Open(_) => ("Save the session before opening another?", "Open without saving"),
+    };
+    let response = modal("unsaved work").frame(frame(ctx)).show(ctx, |ui| {
+        ui.set_width(WIDTH);
+        ui.heading(heading);
+        ui.add_space(4.0);
+        weak(ui, "It has changes that are in no file, and no journal could be written.");
+        ui.add_space(10.0);
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            let mut answer = |ui: &mut Ui, text: &str, tooltip: &str, answer| {
+                if ui.button(text).on_hover_text(tooltip).clicked() {
+                    actions.push(Action::AnswerParting(answer));
+                }
+            };
+            answer(ui, "Save", "Write the session to a file and go on", PartingAnswer::Save);
+            answer(ui, discard, "Lose what was changed", PartingAnswer::Discard);
+            answer(ui, "Cancel", "Stay here", PartingAnswer::Cancel);
+        });
+    });
+    if response.should_close() {
+        actions.push(Action::AnswerParting(PartingAnswer::Cancel));
+    }
+}
+
+fn modal(name: &str) -> Modal {
+    Modal::new(egui::Id::unique(name))
+}
+
+fn frame(ctx: &Context) -> Frame {
+    Frame::popup(&ctx.global_style()).inner_margin(16.0)
+}
+
+fn weak(ui: &mut Ui, text: &str) {
+    ui.add(Label::new(RichText::new(text).color(Palette::of(ui).weak)).wrap());
+}
