@@ -231,6 +231,11 @@ impl App {
         self.journal = Some(journal);
     }
 
+    /// What stands in the window's title bar.
+    pub fn title(&self) -> &str {
+        &self.title
+    }
+
     /// Waits for the next event of the worker and takes it in; whether there
     /// was one within `timeout`.
     pub fn wait(&mut self, ctx: &egui::Context, timeout: Duration) -> bool {
@@ -283,6 +288,13 @@ impl App {
                 Effect::OpenLink(address) => self.open_outside(ctx, address.as_ref()),
                 Effect::ResetLayout => {
                     self.interface.set_sizes(Sizes::default());
+                }
+                Effect::AskForPicture(kind) => self.interface.ask_for_picture(kind),
+                Effect::SavePicture(kind, path) => {
+                    if let Err(error) = self.interface.save_picture(ctx, &self.session, kind, path) {
+                        let what = "The picture can't be drawn".to_owned();
+                        self.apply(ctx, Action::Tell { what, error });
+                    }
                 }
             }
         }
@@ -423,6 +435,8 @@ impl eframe::App for App {
         for event in events {
             self.absorb(ctx, event);
         }
+        let effects = self.session.background();
+        self.carry_out(ctx, effects);
         while let Ok(error) = self.gpu_errors.try_recv() {
             let what = "The 3D view could not be drawn".to_owned();
             self.apply(ctx, Action::Tell { what, error });

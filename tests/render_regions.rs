@@ -93,7 +93,7 @@ fn a_box_and_a_lasso_hold_the_points_that_are_seen_in_them() {
 #[test]
 fn what_is_hidden_can_be_left_out() {
     let mut points = cloud();
-    points.retain(|p| p[0].hypot(p[1]) < 0.2);
+    points.retain(|p| p[0].hypot(p[1]) < 0.2 && p[2] < 2.0);
     let primitives = [sphere(1, 0.0, 0.5, 0.3), sphere(2, 0.0, -0.6, 0.2), sphere(3, 0.9, 0.0, 0.1)];
     let scene = PickScene { points: &points, primitives: &primitives, ..PickScene::default() };
     let camera =

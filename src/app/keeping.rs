@@ -6,9 +6,9 @@ use std::time::Duration;
 
 use super::App;
 use crate::project::{self, Event, Keeper, Origin};
-use crate::session::keeping::{KeepingEvent, Opening, Parting};
+use crate::session::keeping::{KeepingEvent, Opening};
 use crate::session::workspace::Workspace;
-use crate::session::{Effect, Session};
+use crate::session::{Action, Effect, Session, Verb};
 
 /// The keeper and what it was told last.
 #[derive(Debug)]
@@ -123,7 +123,7 @@ impl App {
         if self.keeping.is_leaving || !ctx.input(|input| input.viewport().close_requested()) {
             return;
         }
-        let effects = self.session.leave(Parting::Quit);
+        let effects = self.session.apply(Action::Verb(Verb::Quit));
         if !effects.iter().any(|effect| matches!(effect, Effect::Quit)) {
             ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
         }

@@ -1,6 +1,7 @@
 //! Reading shapes and writing results. Kind is told from content; errors say
 //! what, where and what to do; files are written whole or not at all.
 
+mod animation;
 mod detect;
 mod error;
 mod gltf;
@@ -23,6 +24,7 @@ use crate::geometry::metrics::{MetricOptions, Reference, ReferenceError};
 use crate::geometry::outside::FilledOutside;
 use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, sample_cloud, sample_mesh};
 
+pub use animation::{AnimationFormat, AnimationWriter, LARGEST_GIF};
 pub use error::{Place, ReadError, WriteError};
 pub use primitives::{StoredPrimitives, read_primitives};
 pub use write::{

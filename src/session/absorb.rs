@@ -54,6 +54,7 @@ impl Session {
                     self.measured.push(measurement);
                 }
             }
+            Event::Estimated { key, chamfer_l1 } => self.estimates.take(key, chamfer_l1),
             Event::Proposed(proposal) => self.absorb_proposal(proposal),
             Event::Written { path, what } => {
                 // What could not be written before can be now.
@@ -102,6 +103,7 @@ impl Session {
         if !is_same {
             self.timeline = Timeline::default();
             self.measured.clear();
+            self.estimates.forget();
         }
         self.worker_at = None;
         self.refit_scene();

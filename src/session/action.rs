@@ -6,6 +6,8 @@ use std::path::PathBuf;
 
 use nalgebra::{Point3, Vector2};
 
+use super::comparison::Comparison;
+use super::curves::Curve;
 use super::keeping::{Opening, PartingAnswer};
 use super::messages::Message;
 use super::scene::UpAxis;
@@ -42,6 +44,8 @@ pub enum Action {
     /// Leaves what was left behind for the next start.
     PutOffFound,
     AnswerParting(PartingAnswer),
+    /// As the dialog that asked for the path was set.
+    SavePicture(PictureKind, PathBuf),
     SetParams(Params),
     /// Takes the parameters of a method; the seed stays.
     SetMethod(Method),
@@ -65,6 +69,21 @@ pub enum Action {
     SwitchBranch(u32),
     RenameBranch(u32, String),
     RemoveBranch(u32),
+    /// Shows a state of another branch, by id.
+    ShowStateOf(u32, usize),
+    /// So many seconds have passed while the timeline is played.
+    PlayOn(f64),
+    /// States a second.
+    SetPlaySpeed(u32),
+    SetCurve(Curve, bool),
+    /// Shows another state beside the present one, or no more.
+    Compare(Option<Comparison>),
+    /// What moves the camera, for the view of the state beside.
+    InOther(Box<Action>),
+    /// Undoes so many steps.
+    GoBack(usize),
+    /// Makes so many steps again that were undone.
+    GoOn(usize),
     /// Selects one primitive, or none.
     Select(Option<u32>),
     /// Adds a primitive to the selection, or takes it out.
@@ -117,6 +136,14 @@ pub enum Action {
     },
     /// Something outside the session went well.
     Note(String),
+}
+
+/// Pictures of the 3D view alone.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum PictureKind {
+    Still,
+    /// Many, once around the shape.
+    Turntable,
 }
 
 /// What can be written to a file.
@@ -257,6 +284,10 @@ verbs! {
         "Write the parameters of all primitives in input units (JSON)";
     SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save what the window shows (PNG)";
     ClearRecent: File, None, "Forget recent files", "Empty the list of files that were open before";
+    SavePicture: File, shift(Key::Function(12)), "Save picture…",
+        "Save the 3D view alone, at any size and also without a background (PNG)";
+    SaveTurntable: File, None, "Save turntable…",
+        "Save the 3D view once around the shape, as a GIF or as numbered PNG pictures";
     Quit: File, ctrl('Q'), "Quit", "Close the window";
 
     Undo: Edit, ctrl('Z'), "Undo", "Take back the last change, whatever it was";
@@ -303,6 +334,9 @@ verbs! {
     PreviousState: Timeline, plain(Key::Left), "Previous state", "Show the state one step earlier";
     NextState: Timeline, plain(Key::Right), "Next state", "Show the state one step later";
     LastState: Timeline, shift(Key::Right), "Last state", "Show the newest state of this branch";
+    Play: Timeline, plain(Key::Char('T')), "Play", "Show the states of this branch one after the other";
+    StopPlaying: Timeline, plain(Key::Char('T')), "Stop playing", "Stay at the shown state";
+    ToggleLoop: Timeline, None, "Loop", "Begin again at the start when the last state has been shown";
     ContinueHere: Timeline, ctrl('B'), "Continue from here",
         "Run on from the shown state, as a branch of its own; the later states stay in theirs";
 

@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use super::action::PictureKind;
 use super::camera::{AxisView, Bounds, Camera};
 use super::keeping::{Opening, Parting};
 use super::messages::Level;
@@ -38,7 +39,7 @@ impl Session {
         effects
     }
 
-    fn carry_out(&mut self, action: Action) -> Vec<Effect> {
+    pub(super) fn carry_out(&mut self, action: Action) -> Vec<Effect> {
         match action {
             Action::Verb(verb) => return self.apply_verb(verb),
             Action::SaveSession(path) => {
@@ -66,6 +67,18 @@ impl Session {
             Action::Edit(edit) => return self.edit(vec![edit]),
             Action::ProposeMergeOf(a, b) => return self.propose(Some((a, b))),
             Action::ShowState(index) => return self.show_state_at(index),
+            Action::ShowStateOf(id, index) => {
+                self.timeline.switch(id);
+                self.timeline.show(index);
+                return self.show_timeline();
+            }
+            Action::PlayOn(seconds) => return self.play_on(seconds),
+            Action::SetPlaySpeed(speed) => self.playback.set_speed(speed),
+            Action::SetCurve(curve, shown) => self.curves.set(curve, shown),
+            Action::Compare(comparison) => return self.compare(comparison),
+            Action::InOther(action) => return self.carry_out_in_other(*action),
+            Action::GoBack(steps) => return (0..steps).flat_map(|_| self.undo_step()).collect(),
+            Action::GoOn(steps) => return (0..steps).flat_map(|_| self.redo_step()).collect(),
             Action::SwitchBranch(id) => {
                 self.timeline.switch(id);
                 return self.show_timeline();
@@ -83,6 +96,10 @@ impl Session {
             Action::SaveScreenshot(path) => {
                 self.window.save_folder = path.parent().map(PathBuf::from);
                 return vec![Effect::SaveScreenshot(path)];
+            }
+            Action::SavePicture(kind, path) => {
+                self.window.save_folder = path.parent().map(PathBuf::from);
+                return vec![Effect::SavePicture(kind, path)];
             }
             Action::SetParams(params) => return self.take_setup(params, self.sampling),
             Action::SetMethod(method) => {
@@ -153,9 +170,11 @@ impl Session {
             Verb::ExportPrimitives => return vec![Effect::AskForExport(Export::Primitives)],
             Verb::SaveScreenshot => return vec![Effect::AskForScreenshot],
             Verb::SaveSession => return vec![self.save_session()],
-            Verb::SaveSessionAs => return vec![Effect::AskForSession],
+            Verb::SaveSessionAs => return vec![self.save_session_as()],
             Verb::ReopenLast => return self.leave(Parting::Open(Opening::Last)),
             Verb::Quit => return self.leave(Parting::Quit),
+            Verb::SavePicture => return vec![Effect::AskForPicture(PictureKind::Still)],
+            Verb::SaveTurntable => return vec![Effect::AskForPicture(PictureKind::Turntable)],
             Verb::Run => return self.work(Command::Run, Activity::Running),
             Verb::Pause => {
                 self.run_when_loaded = false;
@@ -194,6 +213,9 @@ impl Session {
             Verb::LastState => return self.show_state_at(usize::MAX),
             Verb::PreviousState => return self.show_state_at(self.timeline.shown_index().saturating_sub(1)),
             Verb::NextState => return self.show_state_at(self.timeline.shown_index() + 1),
+            Verb::Play => self.play(),
+            Verb::StopPlaying => return self.stop_playing(),
+            Verb::ToggleLoop => self.playback.loops ^= true,
             Verb::MergeSelected
             | Verb::SplitSelected
             | Verb::DeleteSelected
@@ -264,6 +286,7 @@ impl Session {
     /// twice; the worker answers every command with its own word on it.
     pub(super) fn expect(&mut self, activity: Activity) {
         self.activity = activity;
+        self.playback.is_playing = false;
         self.live.forget();
         self.drop_proposal();
         self.answered = Some(self.messages.count());

@@ -54,6 +54,8 @@ impl Session {
             Verb::ContinueHere => loaded && !self.timeline.is_at_end() && self.activity != Activity::Loading,
             Verb::FirstState | Verb::PreviousState => self.timeline.shown_index() > 0,
             Verb::LastState | Verb::NextState => !self.timeline.is_at_end(),
+            Verb::Play => !self.playback.is_playing && self.timeline.states().len() > 1,
+            Verb::StopPlaying => self.playback.is_playing,
             Verb::AcceptMerge | Verb::SkipMerge | Verb::DropMerge => self.proposal.is_some(),
             Verb::MergeSelected => can_edit && self.selection.len() > 1 && !self.holds_locked(),
             Verb::JudgeMerge => can_edit && idle && self.selection.len() == 2 && !self.holds_locked(),
@@ -66,7 +68,7 @@ impl Session {
             Verb::ReleasePoints => {
                 can_edit && self.snapshot.as_ref().is_some_and(|s| !s.abstraction.pinned.is_empty())
             }
-            Verb::FrameAll => loaded,
+            Verb::FrameAll | Verb::SavePicture | Verb::SaveTurntable => loaded,
             Verb::ShowAll => !self.hidden.is_empty(),
             Verb::ClearRecent => !self.window.recent.is_empty(),
             Verb::ZoomReset => self.window.zoom != 1.0,
@@ -79,6 +81,7 @@ impl Session {
         match verb {
             Verb::ToggleOrthographic => Some(self.camera.orthographic),
             Verb::ToggleLive => Some(self.live.is_on),
+            Verb::ToggleLoop => Some(self.playback.loops),
             Verb::ToggleLog => Some(self.view.shows_log),
             Verb::ToggleLeftPanel => Some(self.window.shows(Panel::Left)),
             Verb::ToggleRightPanel => Some(self.window.shows(Panel::Right)),

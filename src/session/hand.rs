@@ -98,8 +98,9 @@ impl Session {
         self.show_timeline()
     }
 
-    /// Shows what the timeline points at.
+    /// Shows what the timeline points at; whoever plays it stops.
     pub(super) fn show_timeline(&mut self) -> Vec<Effect> {
+        self.playback.is_playing = false;
         self.drop_proposal();
         self.drop_draft();
         self.merge_text = None;
@@ -113,6 +114,12 @@ impl Session {
         }
         self.loaded = Some(Arc::clone(&state.loaded));
         self.show_state(Arc::clone(&state.snapshot));
+        self.measure_shown()
+    }
+
+    /// Has the shown state measured, where it was not and no run goes on.
+    pub(super) fn measure_shown(&self) -> Vec<Effect> {
+        let Some(state) = self.shown_state() else { return Vec::new() };
         let is_measured = self.measurement().is_some() || self.is_measuring();
         // Measuring takes a core, which a run has better use for.
         if is_measured || self.activity != Activity::Idle {
@@ -204,6 +211,7 @@ impl Session {
         self.run_when_loaded = false;
         if !is_same_shape {
             self.measured.clear();
+            self.estimates.forget();
             self.measuring = None;
             self.refit_scene();
             self.camera.frame(&self.scene.bounds);

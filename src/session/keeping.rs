@@ -108,6 +108,8 @@ pub struct Keeping {
     /// Whether the journal holds all that can be lost.
     is_kept: bool,
     parting: Option<Parting>,
+    /// What goes on as soon as the session is saved.
+    after_saving: Option<Parting>,
 }
 
 impl Keeping {
@@ -236,7 +238,7 @@ impl Session {
                 self.window.recent.add(&path);
                 self.keeping.path = Some(path);
                 self.keeping.saved = Saved::As(Box::new(workspace.document));
-                if let Some(parting) = self.keeping.parting.take() {
+                if let Some(parting) = self.keeping.after_saving.take() {
                     return vec![self.part(parting)];
                 }
             }
@@ -262,7 +264,7 @@ impl Session {
                 return self.take_workspace(*workspace);
             }
             KeepingEvent::Failed { what, error } => {
-                self.keeping.parting = None;
+                self.keeping.after_saving = None;
                 self.messages.push(Level::Error, what, error);
             }
         }
@@ -271,11 +273,17 @@ impl Session {
 
     /// Saves the session where it was saved before, or asks where.
     pub(super) fn save_session(&mut self) -> Effect {
+        self.keeping.after_saving = None;
         self.keeping.path.clone().map_or(Effect::AskForSession, Effect::SaveSession)
     }
 
+    pub(super) fn save_session_as(&mut self) -> Effect {
+        self.keeping.after_saving = None;
+        Effect::AskForSession
+    }
+
     /// Opens another session, or quits: at once where nothing is lost by it.
-    pub(super) fn leave(&mut self, parting: Parting) -> Vec<Effect> {
+    pub fn leave(&mut self, parting: Parting) -> Vec<Effect> {
         if self.is_changed() && !self.keeping.is_kept {
             self.keeping.parting = Some(parting);
             return Vec::new();
@@ -284,18 +292,19 @@ impl Session {
     }
 
     pub(super) fn answer_parting(&mut self, answer: PartingAnswer) -> Vec<Effect> {
-        match answer {
-            // It goes on when the file is written.
-            PartingAnswer::Save if self.keeping.parting.is_some() => vec![self.save_session()],
-            PartingAnswer::Discard => self.keeping.parting.take().map(|p| self.part(p)).into_iter().collect(),
-            PartingAnswer::Save | PartingAnswer::Cancel => {
-                self.keeping.parting = None;
-                Vec::new()
+        let parting = self.keeping.parting.take();
+        match (answer, parting) {
+            (PartingAnswer::Save, Some(parting)) => {
+                let save = self.save_session();
+                self.keeping.after_saving = Some(parting);
+                vec![save]
             }
+            (PartingAnswer::Discard, Some(parting)) => vec![self.part(parting)],
+            _ => Vec::new(),
         }
     }
 
-    fn part(&mut self, parting: Parting) -> Effect {
+    fn part(&self, parting: Parting) -> Effect {
         match parting {
             Parting::Quit => Effect::Quit,
             Parting::Open(opening) => Effect::OpenSession(opening),

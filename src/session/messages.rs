@@ -212,7 +212,7 @@ impl Messages {
 }
 
 /// One line of what happened in a step.
-pub(super) fn of_step(snapshot: &Snapshot) -> String {
+pub fn of_step(snapshot: &Snapshot) -> String {
     let parts: Vec<String> = snapshot
         .occurrences
         .iter()

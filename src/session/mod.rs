@@ -16,15 +16,19 @@ mod absorb;
 pub mod action;
 mod apply;
 pub mod camera;
+pub mod comparison;
+pub mod curves;
 pub mod document;
 mod edited;
 mod enabled;
+pub mod estimates;
 pub mod gizmo;
 mod hand;
 pub mod keeping;
 pub mod live;
 mod merging;
 pub mod messages;
+pub mod playback;
 pub mod preferences;
 mod reasons;
 pub mod scalar;
@@ -43,11 +47,15 @@ mod tests;
 
 pub use action::{Action, Export, Verb};
 use camera::Camera;
+use comparison::Comparison;
+use curves::Curves;
 use document::Document;
+use estimates::Estimates;
 use keeping::{Keeping, Opening};
 use live::Live;
 use merging::Decision;
 use messages::Messages;
+use playback::Playback;
 use scene::{SceneFromInput, UpAxis};
 use shaping::Shaping;
 use timeline::Timeline;
@@ -82,6 +90,9 @@ pub enum Effect {
     OpenLink(&'static str),
     /// Bring the panels to the sizes of the first start.
     ResetLayout,
+    /// How the picture is to be taken, then where it is to go.
+    AskForPicture(action::PictureKind),
+    SavePicture(action::PictureKind, PathBuf),
     Quit,
 }
 
@@ -93,6 +104,13 @@ pub struct Session {
     pub snapshot: Option<Arc<Snapshot>>,
     pub timeline: Timeline,
     pub undo: Undo,
+    pub playback: Playback,
+    /// What is plotted over the timeline.
+    pub curves: Curves,
+    /// What is shown beside the present state.
+    pub comparison: Option<Comparison>,
+    /// That of what is shown beside, where the two are not linked.
+    pub other_camera: Camera,
     /// As the sliders stand.
     pub params: Params,
     pub sampling: SamplingOptions,
@@ -129,6 +147,8 @@ pub struct Session {
     last_angles: Option<(u32, [f64; 3])>,
     /// States that were measured, the last one last.
     measured: Vec<Arc<Measurement>>,
+    /// What states come to that were not measured.
+    estimates: Estimates,
     /// Key of the state that the worker goes on from.
     worker_at: Option<u64>,
     /// The state that is being measured.
@@ -149,6 +169,10 @@ impl Session {
             snapshot: None,
             timeline: Timeline::default(),
             undo: Undo::default(),
+            playback: Playback::default(),
+            curves: Curves::default(),
+            comparison: None,
+            other_camera: Camera::default(),
             params,
             sampling,
             pace: DEFAULT_PACE,
@@ -172,6 +196,7 @@ impl Session {
             shaping: None,
             last_angles: None,
             measured: Vec::new(),
+            estimates: Estimates::default(),
             worker_at: None,
             measuring: None,
             merges_are_exhausted: false,

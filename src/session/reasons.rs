@@ -25,6 +25,8 @@ impl Session {
                 | Verb::FrameAll
                 | Verb::ExportCloud
                 | Verb::ExportPrimitives
+                | Verb::SaveSession
+                | Verb::SaveSessionAs
                 | Verb::Continue
                 | Verb::ContinueHere
                 | Verb::FirstState
@@ -46,6 +48,7 @@ impl Session {
             Verb::NewCluster | Verb::BelongTogether => "Select points first",
             Verb::ReleasePoints => "No point is pinned",
             Verb::ShowAll => "No primitive is hidden",
+            Verb::ReopenLast => "No session was closed without being saved",
             Verb::ClearRecent => "No file is remembered",
             Verb::ZoomReset => "It is 100 % already",
             _ if needs_shape && self.activity == Activity::Loading => "A shape is being loaded",

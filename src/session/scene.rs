@@ -25,6 +25,11 @@ pub enum UpAxis {
     Z,
 }
 
+/// The colours of points that are marked and of those that are not: told apart
+/// by lightness and, also by colour-blind eyes, by hue.
+const MARKED_COLOR: [u8; 3] = [255, 150, 0];
+const UNMARKED_COLOR: [u8; 3] = [104, 112, 124];
+
 /// Points that tell nothing.
 const PLAIN_COLOR: [u8; 3] = [198, 204, 212];
 
@@ -132,6 +137,8 @@ pub enum Paint<'a> {
     Plain,
     /// A number of each sample, through a colour map from [0, 1].
     Scalar(&'a Scalar, fn(f32) -> [u8; 3]),
+    /// Whether each sample is marked.
+    Marked(&'a [bool]),
 }
 
 /// The colours of the shown points, RGBA in sRGB encoding, as `paint` has it:
@@ -160,6 +167,8 @@ pub fn shown_colors(
             Paint::Lit(colors, _) if label != UNASSIGNED => opaque(faded(colors.of(label))),
             Paint::Scalar(scalar, map) => scalar.share(sample).map_or(unassigned, |share| opaque(map(share))),
             Paint::Plain => opaque(PLAIN_COLOR),
+            Paint::Marked(marks) if marks.get(sample) == Some(&true) => opaque(MARKED_COLOR),
+            Paint::Marked(_) => opaque(UNMARKED_COLOR),
             Paint::Clusters(_) | Paint::Lit(..) | Paint::Input => unassigned,
         }
     };

@@ -12,6 +12,7 @@ use crate::worker::{Cause, Event};
 
 mod hand;
 mod live;
+mod playback;
 
 fn loaded() -> Arc<LoadedShape> {
     let points: Vec<_> = (0..9).map(|i| Point3::new(f64::from(i), f64::from(i % 3), 0.5)).collect();

@@ -45,7 +45,10 @@ impl Session {
     /// itself, as its theme, stays.
     pub fn take_workspace(&mut self, workspace: Workspace) -> Vec<Effect> {
         let Workspace { document, undo, pace, is_live, view, camera } = workspace;
-        let aspect = self.camera.aspect;
+        // Before the first picture the window has no form of its own yet, and
+        // would frame the shape as soon as it has one.
+        let is_known = self.camera.aspect != Camera::default().aspect;
+        let aspect = if is_known { self.camera.aspect } else { camera.aspect };
         self.view = view.in_window_of(&self.view);
         self.live.is_on = is_live;
         let mut effects = self.take_document(document);

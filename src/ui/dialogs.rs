@@ -9,9 +9,10 @@ use std::time::{Duration, Instant};
 
 use egui::{Context, Label, Modal, RichText, TextEdit};
 
+use super::pictures;
 use super::theme::Palette;
-use crate::io;
-use crate::session::action::{Action, Export};
+use crate::io::{self, AnimationFormat};
+use crate::session::action::{Action, Export, PictureKind};
 
 /// A dialog that a person cancelled was open for longer; where there is none,
 /// the answer comes within some 15 ms.
@@ -27,6 +28,7 @@ pub enum Purpose {
     Export(Export),
     Screenshot,
     Session,
+    Picture(PictureKind, AnimationFormat),
 }
 
 impl Purpose {
@@ -37,6 +39,11 @@ impl Purpose {
             Self::Export(Export::Primitives) => "Export the primitives",
             Self::Screenshot => "Save a screenshot",
             Self::Session => "Save the session",
+            Self::Picture(PictureKind::Still, _) => "Save a picture",
+            Self::Picture(PictureKind::Turntable, AnimationFormat::Gif) => "Save a turntable",
+            Self::Picture(PictureKind::Turntable, AnimationFormat::Pngs) => {
+                "Name the folder of the turntable"
+            }
         }
     }
 
@@ -50,8 +57,10 @@ impl Purpose {
             Self::Open => ("Meshes, point clouds and sessions", openable()),
             Self::Export(Export::Cloud) => ("Segmented cloud", &["ply"]),
             Self::Export(Export::Primitives) => ("Primitives", &["json"]),
-            Self::Screenshot => ("Picture", &["png"]),
+            Self::Screenshot | Self::Picture(PictureKind::Still, _) => ("Picture", &["png"]),
             Self::Session => ("Session", &[io::SESSION_ENDING]),
+            Self::Picture(PictureKind::Turntable, AnimationFormat::Gif) => ("Animation", &["gif"]),
+            Self::Picture(PictureKind::Turntable, AnimationFormat::Pngs) => ("Folder", &[]),
         }
     }
 
@@ -61,6 +70,9 @@ impl Purpose {
             Self::Export(export) => Action::Export(export, path),
             Self::Screenshot => Action::SaveScreenshot(path),
             Self::Session => Action::SaveSession(self.completed(path)),
+            Self::Picture(kind, format) => {
+                Action::SavePicture(kind, pictures::with_ending(kind, format, path))
+            }
         }
     }
 }
@@ -166,6 +178,7 @@ impl Dialogs {
             Purpose::Export(Export::Primitives) => format!("{name}-primitives.json"),
             Purpose::Screenshot => format!("{name}.png"),
             Purpose::Session => format!("{name}.{}", io::SESSION_ENDING),
+            Purpose::Picture(kind, format) => pictures::suggestion(kind, format, name),
         };
         // What is typed starts in that folder.
         let typed = match (folder, purpose) {
@@ -178,7 +191,10 @@ impl Dialogs {
             return;
         }
         let (kind, extensions) = purpose.filter();
-        let mut dialog = rfd::AsyncFileDialog::new().set_title(purpose.title()).add_filter(kind, extensions);
+        let mut dialog = rfd::AsyncFileDialog::new().set_title(purpose.title());
+        if !extensions.is_empty() {
+            dialog = dialog.add_filter(kind, extensions);
+        }
         if let Some(folder) = folder {
             dialog = dialog.set_directory(folder);
         }

@@ -22,10 +22,9 @@ struct Figure {
 
 pub(super) fn show(ui: &mut Ui, session: &Session) {
     let figures = figures(session);
-    // All in one row, or in two of the same length.
-    let width = ui.available_width();
-    let columns =
-        if width >= CELL * figures.len() as f32 { figures.len() } else { figures.len().div_ceil(2) };
+    // As few rows as the width allows, all of the same length.
+    let fitting = ((ui.available_width() / CELL) as usize).clamp(1, figures.len());
+    let columns = figures.len().div_ceil(figures.len().div_ceil(fitting));
     let weak = Palette::of(ui).weak;
     for row in figures.chunks(columns) {
         ui.columns(columns, |cells| {

@@ -4,17 +4,19 @@
 use egui::{Panel, Ui, Vec2};
 use serde::{Deserialize, Serialize};
 
+use super::timeline;
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 
-/// Sizes of the panels in logical pixels: widths of the side panels, height of
-/// the log.
+/// Sizes of the panels in logical pixels: widths of the side panels, heights of
+/// log and timeline.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Sizes {
     left: f32,
     right: f32,
     log: f32,
+    timeline: f32,
     /// Another number is another set of panels, that know nothing of what the
     /// ones before were dragged to.
     #[serde(skip)]
@@ -23,7 +25,7 @@ pub struct Sizes {
 
 impl Default for Sizes {
     fn default() -> Self {
-        Self { left: 290.0, right: 272.0, log: 180.0, generation: 0 }
+        Self { left: 290.0, right: 272.0, log: 180.0, timeline: 244.0, generation: 0 }
     }
 }
 
@@ -39,6 +41,7 @@ impl Sizes {
             Part::Left => &mut self.left,
             Part::Right => &mut self.right,
             Part::Log => &mut self.log,
+            Part::Timeline => &mut self.timeline,
         }
     }
 }
@@ -49,6 +52,7 @@ pub(super) enum Part {
     Left,
     Right,
     Log,
+    Timeline,
 }
 
 impl Part {
@@ -57,6 +61,7 @@ impl Part {
             Self::Left => Verb::ToggleLeftPanel,
             Self::Right => Verb::ToggleRightPanel,
             Self::Log => Verb::ToggleLog,
+            Self::Timeline => Verb::ToggleBottomPanel,
         }
     }
 
@@ -66,6 +71,11 @@ impl Part {
             Self::Left => (264.0, (0.45 * window.x).max(290.0)),
             Self::Right => (250.0, (0.45 * window.x).max(272.0)),
             Self::Log => (72.0, (0.5 * window.y).max(72.0)),
+            Self::Timeline => {
+                // A low window keeps most of its room for the view.
+                let most = if window.y < 640.0 { 0.34 * window.y } else { 0.6 * window.y };
+                (timeline::LEAST_HEIGHT, most.max(timeline::LEAST_HEIGHT))
+            }
         }
     }
 
@@ -84,6 +94,7 @@ impl Part {
             Self::Left => (Panel::left(("controls", generation)), 0),
             Self::Right => (Panel::right(("primitives", generation)), 0),
             Self::Log => (Panel::bottom(("log", generation)), 1),
+            Self::Timeline => (Panel::bottom(("timeline", generation)), 1),
         };
         let (least, most) = self.limits(window);
         let size = sizes.of(self);
@@ -97,7 +108,7 @@ impl Part {
 }
 
 /// Shows a panel that the verb opens and closes; its size if it is open.
-pub(super) fn collapsible(
+fn collapsible(
     ui: &mut Ui,
     panel: Panel,
     session: &Session,
@@ -131,7 +142,7 @@ mod tests {
     #[test]
     fn panels_leave_room_in_any_window() {
         for (width, height) in [(480.0, 320.0), (1024.0, 700.0), (3840.0, 2160.0)] {
-            for part in [Part::Left, Part::Right, Part::Log] {
+            for part in [Part::Left, Part::Right, Part::Log, Part::Timeline] {
                 let (least, most) = part.limits(egui::vec2(width, height));
                 assert!(least <= most, "{part:?} in {width} × {height}");
             }

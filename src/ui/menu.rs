@@ -2,6 +2,7 @@
 
 use egui::{Button, MenuBar, RichText, Ui};
 
+use super::history;
 use super::theme::Palette;
 use super::widgets::menu_item;
 use crate::session::Session;
@@ -21,16 +22,18 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 menu_item(ui, session, verb, actions);
             }
             ui.separator();
-            for verb in [Verb::ExportCloud, Verb::ExportPrimitives, Verb::SaveScreenshot] {
+            for verb in [Verb::ExportCloud, Verb::ExportPrimitives] {
+                menu_item(ui, session, verb, actions);
+            }
+            ui.separator();
+            for verb in [Verb::SavePicture, Verb::SaveTurntable, Verb::SaveScreenshot] {
                 menu_item(ui, session, verb, actions);
             }
             ui.separator();
             menu_item(ui, session, Verb::Quit, actions);
         });
         ui.menu_button("Edit", |ui| {
-            for verb in [Verb::Undo, Verb::Redo] {
-                menu_item(ui, session, verb, actions);
-            }
+            history::menu(ui, session, actions);
             ui.separator();
             for verb in [
                 Verb::MergeSelected,

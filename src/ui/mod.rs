@@ -2,21 +2,23 @@
 //! draws a session and answers with what the person asked for; it changes
 //! nothing itself.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::{Action, PictureKind};
 
 mod commands;
+mod compare;
 mod controls;
 mod dialogs;
 mod errors;
 mod figures;
 mod fuzzy;
 mod help;
+mod history;
 mod keeping;
 mod keys;
 mod layout;
@@ -24,22 +26,26 @@ mod log;
 mod menu;
 mod merging;
 mod overlays;
+mod pictures;
 mod primitives;
 mod progress;
 mod scene;
 mod theme;
+mod timeline;
 mod toasts;
 mod viewport;
 mod widgets;
 
+use compare::Compare;
 use dialogs::Dialogs;
 pub use dialogs::Purpose;
+use layout::Part;
 pub use layout::Sizes;
-use layout::{Part, collapsible};
 use log::Log;
 use overlays::Overlays;
+use pictures::Pictures;
 use primitives::Primitives;
-use scene::SceneView;
+use timeline::Timeline;
 use viewport::{Studio, Viewport};
 
 /// Below this width of the window, in logical pixels, there is room for one
@@ -55,11 +61,12 @@ const STILL_FRAMES: u32 = 2;
 #[derive(Debug)]
 pub struct Interface {
     viewport: Viewport,
-    /// Draws what is not on screen, where there is something to draw with.
-    studio: Option<Studio>,
+    pictures: Pictures,
     dialogs: Dialogs,
     overlays: Overlays,
     primitives: Primitives,
+    timeline: Timeline,
+    compare: Compare,
     log: Log,
     sizes: Sizes,
     /// When what a run is made from was last changed, in seconds, and the frames
@@ -77,10 +84,12 @@ impl Interface {
         theme::install(ctx);
         Self {
             viewport: Viewport::new(state, "3D view", true),
-            studio: state.map(Studio::new),
+            pictures: Pictures::new(state.map(Studio::new)),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
             primitives: Primitives::default(),
+            timeline: Timeline::default(),
+            compare: Compare::default(),
             log: Log::default(),
             sizes: Sizes::default(),
             turned_at: 0.0,
@@ -103,6 +112,26 @@ impl Interface {
     /// Brings the panels to these sizes.
     pub fn set_sizes(&mut self, sizes: Sizes) {
         self.sizes.replace(sizes);
+    }
+
+    /// Asks the person how a picture of the 3D view is to be taken.
+    pub fn ask_for_picture(&mut self, kind: PictureKind) {
+        self.pictures.ask(kind);
+    }
+
+    /// Takes the picture that was asked for; how it went comes as an action of a
+    /// later [`Interface::show`].
+    ///
+    /// # Errors
+    /// Where there is nothing to draw with.
+    pub fn save_picture(
+        &mut self,
+        ctx: &Context,
+        session: &Session,
+        kind: PictureKind,
+        path: PathBuf,
+    ) -> Result<(), String> {
+        self.pictures.begin(ctx, session, kind, &path)
     }
 
     /// Draws one frame.
@@ -135,6 +164,9 @@ impl Interface {
         Part::Log.show(ui, place, below, sizes, &mut actions, |ui, actions| {
             self.log.show(ui, session, actions);
         });
+        Part::Timeline.show(ui, place, below, sizes, &mut actions, |ui, actions| {
+            self.timeline.show(ui, session, actions);
+        });
         Part::Left.show(ui, place, side, sizes, &mut actions, |ui, actions| {
             ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
                 controls::show(ui, session, actions);
@@ -148,23 +180,23 @@ impl Interface {
                 widgets::follow_focus(ui);
             });
         });
-        let bottom = Panel::bottom("progress").resizable(false).frame(below);
-        collapsible(ui, bottom, session, Verb::ToggleBottomPanel, &mut actions, |ui, _| {
-            // In a low window it leaves most of the room to the view.
-            ScrollArea::vertical().max_height(0.4 * window.y).auto_shrink([false, true]).show(ui, |ui| {
-                progress::show(ui, session);
-            });
-        });
         let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 0.0;
             viewport::toolbar(ui, session, &mut actions);
             let rect = ui.available_rect_before_wrap();
-            self.viewport.show(ui, &SceneView::of(session), &mut actions);
+            self.compare.show(ui, session, &mut self.viewport, &mut actions);
             rect
         });
         merging::show(&ctx, session, area.inner, &mut actions);
         self.overlays.show(&ctx, session, area.inner, &mut actions);
         keeping::show(&ctx, session, &mut actions);
+        if let Some(kind) = self.pictures.show(&ctx, area.inner, &mut actions) {
+            let purpose = Purpose::Picture(kind, self.pictures.format());
+            let name = session.loaded.as_ref().map_or("superform", |l| l.shape.name.as_str());
+            let stem =
+                Path::new(name).file_stem().map_or_else(|| "superform".into(), |s| s.to_string_lossy());
+            self.dialogs.ask(&ctx, purpose, &stem, session.window.save_folder.as_deref());
+        }
         self.dialogs.show(&ctx, &mut actions);
         self.watch_hand(&ctx, session, &mut actions);
         self.watch_gesture(&ctx, &mut actions);

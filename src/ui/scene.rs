@@ -48,6 +48,9 @@ pub(super) struct SceneView<'a> {
     pub(super) scalar: Option<&'a Arc<Scalar>>,
     /// What the colours of the primitives' surfaces tell.
     pub(super) surface_scalar: Option<&'a Arc<SurfaceScalar>>,
+    /// The samples that are to stand out from all others, whatever `color_by`
+    /// says.
+    pub(super) disagrees: Option<&'a Arc<[bool]>>,
     /// Ids of primitives that something is told about, such as a pair that may
     /// be merged.
     pub(super) lit: Vec<u32>,
@@ -74,6 +77,7 @@ impl<'a> SceneView<'a> {
             hidden: &session.hidden,
             scalar: None,
             surface_scalar: None,
+            disagrees: None,
             lit: session.proposal.iter().flat_map(|p| [p.pair.0, p.pair.1]).collect(),
             ghosts: session.proposal.iter().map(|p| p.union).collect(),
             draft: session.draft().map(|(id, shape)| (id, *shape)),
@@ -134,6 +138,7 @@ struct Made {
     color_by: ColorBy,
     scalar: Option<Arc<Scalar>>,
     surface_scalar: Option<Arc<SurfaceScalar>>,
+    disagrees: Option<Arc<[bool]>>,
     lit: Vec<u32>,
     draft: Option<(u32, Superquadric)>,
     ghosts: Vec<Superquadric>,
@@ -185,6 +190,7 @@ impl Scene {
         let same_paint = same_lit
             && self.made.color_by == view.view.color_by
             && same(self.made.scalar.as_ref(), scalar.as_ref())
+            && same(self.made.disagrees.as_ref(), view.disagrees)
             && Arc::ptr_eq(&self.made.selected_points, view.selected_points);
         let same_marks = self.made.selection == *view.selection
             && self.made.hovered == hovered
@@ -220,6 +226,7 @@ impl Scene {
             color_by: view.view.color_by,
             scalar,
             surface_scalar: view.surface_scalar.cloned(),
+            disagrees: view.disagrees.cloned(),
             lit: view.lit.clone(),
             draft: view.draft,
             ghosts: view.ghosts.clone(),
@@ -306,6 +313,7 @@ impl Scene {
         // Before the first state nothing is labelled.
         let labels = view.snapshot.map_or(&[][..], |s| &s.abstraction.labels);
         let paint = match (&self.scalar, view.view.color_by) {
+            _ if view.disagrees.is_some() => Paint::Marked(view.disagrees.map_or(&[], |d| d)),
             (Some(scalar), _) => Paint::Scalar(scalar, viridis),
             (None, ColorBy::Input) => Paint::Input,
             (None, ColorBy::Plain) => Paint::Plain,
@@ -396,7 +404,7 @@ fn paint_of(scalar: &SurfaceScalar) -> Vec<SurfacePaint> {
     scalar.values.iter().map(paint).collect()
 }
 
-fn same<T>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
+fn same<T: ?Sized>(a: Option<&Arc<T>>, b: Option<&Arc<T>>) -> bool {
     match (a, b) {
         (Some(a), Some(b)) => Arc::ptr_eq(a, b),
         (None, None) => true,

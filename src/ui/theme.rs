@@ -5,6 +5,7 @@ use egui::{
 };
 
 use crate::render::SceneTheme;
+use crate::session::timeline::Mark;
 use crate::session::view::ThemeChoice;
 
 /// Height of a row of controls.
@@ -28,6 +29,8 @@ pub(super) struct Palette {
     /// What floats above the viewport.
     pub(super) overlay: Color32,
     pub(super) axes: [Color32; 3],
+    /// In the order of [`Mark::ALL`].
+    pub(super) marks: [Color32; Mark::ALL.len()],
     /// Letters on an axis's ball, and those under the pointer.
     pub(super) on_axis: Color32,
     pub(super) on_axis_hot: Color32,
@@ -42,6 +45,14 @@ const DARK: Palette = Palette {
     error: Color32::from_rgb(240, 108, 96),
     overlay: Color32::from_rgb(37, 41, 47),
     axes: [Color32::from_rgb(236, 98, 96), Color32::from_rgb(126, 196, 92), Color32::from_rgb(92, 146, 240)],
+    marks: [
+        Color32::from_rgb(40, 184, 136),
+        Color32::from_rgb(240, 116, 40),
+        Color32::from_rgb(236, 176, 40),
+        Color32::from_rgb(104, 188, 240),
+        Color32::from_rgb(216, 140, 188),
+        Color32::from_rgb(232, 236, 240),
+    ],
     on_axis: Color32::from_rgb(14, 16, 20),
     on_axis_hot: Color32::from_rgb(255, 255, 255),
 };
@@ -55,6 +66,14 @@ const LIGHT: Palette = Palette {
     error: Color32::from_rgb(190, 44, 36),
     overlay: Color32::from_rgb(252, 253, 254),
     axes: [Color32::from_rgb(206, 52, 52), Color32::from_rgb(62, 138, 34), Color32::from_rgb(40, 92, 206)],
+    marks: [
+        Color32::from_rgb(0, 128, 92),
+        Color32::from_rgb(200, 80, 0),
+        Color32::from_rgb(168, 116, 0),
+        Color32::from_rgb(24, 124, 184),
+        Color32::from_rgb(172, 72, 136),
+        Color32::from_rgb(32, 38, 46),
+    ],
     on_axis: Color32::from_rgb(255, 255, 255),
     on_axis_hot: Color32::from_rgb(8, 10, 14),
 };
@@ -67,7 +86,12 @@ impl Palette {
 
 /// The viewport's colours for the present theme.
 pub(super) fn scene(ui: &egui::Ui) -> SceneTheme {
-    if ui.visuals().dark_mode { SceneTheme::dark() } else { SceneTheme::light() }
+    scene_of(ui.visuals().dark_mode)
+}
+
+/// The viewport's colours for a theme.
+pub(super) fn scene_of(is_dark: bool) -> SceneTheme {
+    if is_dark { SceneTheme::dark() } else { SceneTheme::light() }
 }
 
 /// The colour of a primitive.

@@ -56,6 +56,19 @@ impl Viewport {
         }
     }
 
+    /// One more, beside this one, which keeps the lead.
+    pub(super) fn another(&self, name: &str) -> Self {
+        Self {
+            name: name.to_owned(),
+            leads: false,
+            slot: self.slot.as_ref().map(Slot::another),
+            scene: Scene::default(),
+            hovered: None,
+            drawn: None,
+            glide: Glide::default(),
+        }
+    }
+
     /// Fills the space that is left.
     pub(super) fn show(&mut self, ui: &mut Ui, view: &SceneView<'_>, actions: &mut Vec<Action>) {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());

@@ -184,6 +184,10 @@ impl<M: Machine> Engine<M> {
                 self.measure(&state);
                 return;
             }
+            Command::Estimate(states) => {
+                self.measurer.estimate(&states);
+                return;
+            }
             Command::ExportCloud(path, state, colors) => {
                 self.export(&path, &state, Part::Cloud(&colors));
             }
@@ -297,9 +301,9 @@ impl<M: Machine> Engine<M> {
         }
     }
 
-    fn measure(&mut self, State { loaded, snapshot }: &State) {
-        if self.measurer.ask(&loaded.shape, snapshot) {
-            self.emit(Event::Measuring(Arc::clone(snapshot)));
+    fn measure(&mut self, state: &State) {
+        if self.measurer.measure(state) {
+            self.emit(Event::Measuring(Arc::clone(&state.snapshot)));
         }
     }
 

@@ -67,6 +67,10 @@ pub enum Command {
     /// Measure a state, besides whatever else goes on; answered by
     /// [`Event::Measuring`] and [`Event::Measured`].
     Measure(State),
+    /// Estimate the Chamfer distance of these states, one after the other, on
+    /// one core and whenever nothing else is to be measured; in place of those
+    /// that still wait. Answered by [`Event::Estimated`], one for each.
+    Estimate(Vec<State>),
     /// How fast `Run` and `MergeAll` go from step to step.
     SetPace(Pace),
 }
@@ -113,6 +117,7 @@ impl Command {
             | Self::ExportCloud(..)
             | Self::ExportPrimitives(..)
             | Self::Measure(_)
+            | Self::Estimate(_)
             | Self::SetParams(_)
             | Self::Renew { .. }
             | Self::Pause
@@ -275,6 +280,11 @@ pub enum Event {
     Measuring(Arc<Snapshot>),
     /// Sooner or later after that, unless a later state took its place.
     Measured(Arc<Measurement>),
+    /// The Chamfer distance of the state with this key, roughly.
+    Estimated {
+        key: u64,
+        chamfer_l1: Option<f64>,
+    },
     /// A file was written, whole.
     Written {
         path: PathBuf,
@@ -299,7 +309,11 @@ impl Event {
             | Self::Renewed(_)
             | Self::MergeStep(_)
             | Self::Proposed(_) => true,
-            Self::Measuring(_) | Self::Measured(_) | Self::Written { .. } | Self::Failed { .. } => false,
+            Self::Measuring(_)
+            | Self::Measured(_)
+            | Self::Estimated { .. }
+            | Self::Written { .. }
+            | Self::Failed { .. } => false,
         }
     }
 }

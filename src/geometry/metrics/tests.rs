@@ -247,3 +247,15 @@ fn options_out_of_their_limits_are_named() {
     let many = MetricOptions { volume_points: usize::MAX, ..QUICK };
     assert!(many.check().unwrap_err().contains("volume points"));
 }
+
+#[test]
+fn an_estimate_differs_by_chance_alone() {
+    let shapes = [sphere(0.0, 1.0), box_at([1.4, 0.0, 0.0], [0.8, 0.3, 0.2])];
+    let reference = Reference::of_mesh(&mesh_of(&shapes), &QUICK).unwrap();
+    for found in [&shapes[..], &shapes[..1], &[sphere(0.1, 0.9), box_at([1.3, 0.1, 0.0], [0.7, 0.3, 0.3])]] {
+        let exact = evaluate(found, None, &reference).chamfer_l1.unwrap();
+        let rough = estimate_chamfer(found, &reference, 3000).unwrap();
+        assert!((rough / exact - 1.0).abs() < 0.05, "{rough} for {exact}");
+    }
+    assert_eq!(estimate_chamfer(&[], &reference, 3000), None);
+}

@@ -82,6 +82,11 @@ impl Slot {
         Self { number, state: state.clone() }
     }
 
+    /// One more, with pipelines of its own.
+    pub(super) fn another(&self) -> Self {
+        Self::new(&self.state)
+    }
+
     pub(super) fn callback(&self, frame: Frame, scene: Scene) -> impl egui_wgpu::CallbackTrait + use<> {
         Paint { number: self.number, frame, scene }
     }

@@ -1,0 +1,75 @@
+//! Another state beside the shown one.
+
+use std::sync::Arc;
+
+use super::{Action, Effect, Session};
+use crate::session::timeline::Branch;
+use crate::worker::{Activity, Command, Snapshot, State};
+
+/// What is shown beside the present state, and how.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Comparison {
+    /// Id of the branch.
+    pub branch: u32,
+    /// Index of the state; `None` for the last there is.
+    pub index: Option<usize>,
+    /// Both views have the same camera.
+    pub is_linked: bool,
+    /// Samples that belong to different primitives here and there are painted,
+    /// instead of what the view says.
+    pub paints_disagreement: bool,
+}
+
+impl Comparison {
+    /// With linked cameras and the disagreement painted.
+    pub fn with(branch: u32, index: Option<usize>) -> Self {
+        Self { branch, index, is_linked: true, paints_disagreement: true }
+    }
+}
+
+/// The state beside the shown one.
+#[derive(Debug, Clone, Copy)]
+pub struct Compared<'a> {
+    pub branch: &'a Branch,
+    pub index: usize,
+    pub snapshot: &'a Arc<Snapshot>,
+    /// Both states label the same samples.
+    pub same_samples: bool,
+}
+
+impl Session {
+    /// The state that is compared; `None` where none is, or its branch is gone.
+    pub fn compared(&self) -> Option<Compared<'_>> {
+        let comparison = self.comparison?;
+        let branch = self.timeline.branch(comparison.branch)?;
+        let last = branch.states.len().checked_sub(1)?;
+        let index = comparison.index.unwrap_or(last).min(last);
+        let snapshot = branch.states.get(index)?;
+        let shown = self.timeline.current()?;
+        let same_samples = Arc::ptr_eq(&branch.loaded.cloud, &shown.loaded.cloud);
+        Some(Compared { branch, index, snapshot, same_samples })
+    }
+
+    /// Shows another state beside the present one, or no more.
+    pub(super) fn compare(&mut self, comparison: Option<Comparison>) -> Vec<Effect> {
+        let was_apart = self.comparison.is_some_and(|c| !c.is_linked);
+        if !was_apart {
+            self.other_camera = self.camera;
+        }
+        self.comparison = comparison;
+        let Some(other) = self.compared() else { return Vec::new() };
+        if self.activity != Activity::Idle || self.measurement_of(other.snapshot.key).is_some() {
+            return Vec::new();
+        }
+        let state = State { loaded: Arc::clone(&other.branch.loaded), snapshot: Arc::clone(other.snapshot) };
+        vec![Effect::Send(Command::Measure(state))]
+    }
+
+    /// Does what moves a camera to that of the other view.
+    pub(super) fn carry_out_in_other(&mut self, action: Action) -> Vec<Effect> {
+        std::mem::swap(&mut self.camera, &mut self.other_camera);
+        let effects = self.carry_out(action);
+        std::mem::swap(&mut self.camera, &mut self.other_camera);
+        effects
+    }
+}

@@ -1,0 +1,83 @@
+//! What is plotted over the timeline.
+
+use super::Session;
+use crate::worker::Snapshot;
+
+/// A figure of every state.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Curve {
+    Clusters,
+    MeanError,
+    LogJoint,
+    Chamfer,
+}
+
+impl Curve {
+    pub const ALL: [Self; 4] = [Self::Clusters, Self::MeanError, Self::LogJoint, Self::Chamfer];
+
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Clusters => "Primitives K",
+            Self::MeanError => "Mean error",
+            Self::LogJoint => "Log joint",
+            Self::Chamfer => "Chamfer-L1",
+        }
+    }
+
+    pub fn tooltip(self) -> &'static str {
+        match self {
+            Self::Clusters => "Number of primitives, the paper's K",
+            Self::MeanError => {
+                "Mean distance of the assigned samples to their primitive, in the file's units"
+            }
+            Self::LogJoint => {
+                "Log of the joint density of points and labels given the primitives, log p(X, z | θ), in nats: \
+                 what the sampler climbs. Only states of the same shape and samples compare"
+            }
+            Self::Chamfer => {
+                "Mean of accuracy and completeness: how far primitives and input are apart, in units of the \
+                 longest edge of the input's box. The line is a rough estimate, made while nothing else is to \
+                 be done; dots are measured"
+            }
+        }
+    }
+}
+
+/// Which curves are shown.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Curves([bool; Curve::ALL.len()]);
+
+impl Default for Curves {
+    fn default() -> Self {
+        Self(Curve::ALL.map(|curve| curve != Curve::LogJoint))
+    }
+}
+
+impl Curves {
+    pub fn shows(self, curve: Curve) -> bool {
+        self.0[curve as usize]
+    }
+
+    pub fn set(&mut self, curve: Curve, shown: bool) {
+        self.0[curve as usize] = shown;
+    }
+
+    /// Those that are shown, in order.
+    pub fn shown(self) -> impl Iterator<Item = Curve> {
+        Curve::ALL.into_iter().filter(move |&curve| self.shows(curve))
+    }
+}
+
+impl Session {
+    /// A curve's value at a state; `None` where there is none, or none yet.
+    pub fn value_of(&self, curve: Curve, state: &Snapshot) -> Option<f64> {
+        let figures = &state.abstraction.figures;
+        match curve {
+            Curve::Clusters => Some(figures.clusters as f64),
+            Curve::MeanError => Some(figures.mean_distance).filter(|_| figures.clusters > 0),
+            Curve::LogJoint => figures.log_joint,
+            Curve::Chamfer => self.chamfer_of(state.key).map(|chamfer| chamfer.value),
+        }
+        .filter(|value| value.is_finite())
+    }
+}

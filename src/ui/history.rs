@@ -1,0 +1,83 @@
+//! The undo entries of the Edit menu: what would be undone, and all steps at
+//! once.
+
+use egui::{Button, RichText, ScrollArea, Ui};
+
+use super::theme::Palette;
+use super::widgets::tooltip;
+use crate::session::Session;
+use crate::session::action::{Action, Verb};
+
+/// Height of the list.
+const HEIGHT: f32 = 320.0;
+
+/// Undo and Redo with what they are about, and the list of all steps.
+pub(super) fn menu(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
+    let (done, undone) = (session.undo.done(), session.undo.undone());
+    for (verb, step) in [(Verb::Undo, done.last()), (Verb::Redo, undone.last())] {
+        let entry = verb.entry();
+        let text = match step {
+            Some(step) => format!("{} {}", entry.text, lower_first(&step.label)),
+            None => entry.text.to_owned(),
+        };
+        let mut button = Button::new(text);
+        if let Some(shortcut) = entry.shortcut {
+            button = button.shortcut_text(shortcut.to_string());
+        }
+        let response = ui.add_enabled(session.is_enabled(verb), button).on_hover_text(tooltip(verb));
+        if response.on_disabled_hover_text("There is nothing").clicked() {
+            actions.push(Action::Verb(verb));
+            ui.close();
+        }
+    }
+    let is_empty = done.is_empty() && undone.is_empty();
+    ui.add_enabled_ui(!is_empty, |ui| {
+        ui.menu_button("History", |ui| list(ui, session, actions));
+    });
+}
+
+/// Every step, the newest on top; one that is clicked becomes the last that is
+/// done.
+fn list(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
+    let (done, undone) = (session.undo.done(), session.undo.undone());
+    let weak = Palette::of(ui).weak;
+    ui.set_min_width(180.0);
+    ScrollArea::vertical().max_height(HEIGHT).show(ui, |ui| {
+        for (index, step) in undone.iter().enumerate() {
+            let text = RichText::new(&step.label).color(weak).italics();
+            let steps = undone.len() - index;
+            if ui.button(text).on_hover_text(format!("Do {} again", in_words(steps))).clicked() {
+                actions.push(Action::GoOn(steps));
+                ui.close();
+            }
+        }
+        for (index, step) in done.iter().enumerate().rev() {
+            let steps = done.len() - 1 - index;
+            let response = ui.add(Button::selectable(steps == 0, &step.label));
+            let hint = if steps == 0 {
+                "The last step".to_owned()
+            } else {
+                format!("Undo the {} after it", in_words(steps))
+            };
+            if response.on_hover_text(hint).clicked() {
+                actions.push(Action::GoBack(steps));
+                ui.close();
+            }
+        }
+        let text = RichText::new("Beginning").color(weak);
+        let response = ui.add(Button::selectable(done.is_empty(), text));
+        if response.on_hover_text("Undo everything").clicked() {
+            actions.push(Action::GoBack(done.len()));
+            ui.close();
+        }
+    });
+}
+
+fn in_words(steps: usize) -> String {
+    if steps == 1 { "step".to_owned() } else { format!("{steps} steps") }
+}
+
+fn lower_first(text: &str) -> String {
+    let mut letters = text.chars();
+    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+}

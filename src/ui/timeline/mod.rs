@@ -1,0 +1,169 @@
+//! The panel at the bottom: the states of all branches, what happened in them,
+//! and what they come to. It is laid out in rows that share one x axis: plots
+//! on top, the ruler with the playhead, then a lane for each branch.
+
+use std::time::Duration;
+
+use egui::{Rect, RichText, ScrollArea, Stroke, Ui, UiBuilder, pos2, vec2};
+
+use super::figures;
+use super::progress::steps;
+use super::theme::{self, Palette};
+use crate::session::Session;
+use crate::session::action::Action;
+
+mod axis;
+mod header;
+mod icons;
+mod lanes;
+mod marks;
+mod plots;
+mod pointing;
+mod ruler;
+
+use axis::Axis;
+use lanes::Renaming;
+pub(super) use pointing::{name as state_name, value_text};
+
+/// The least height: the first row and the ruler.
+pub(super) const LEAST_HEIGHT: f32 = theme::ROW + ruler::HEIGHT + 12.0;
+
+/// Width of the names and titles on the left.
+const NAMES: f32 = 132.0;
+/// Width of the figures on the right, and of a panel that has room for them.
+const FIGURES: f32 = 178.0;
+const WIDE: f32 = 780.0;
+/// Height of the figures in a row of their own, and of a panel that has room
+/// for it.
+const FIGURES_ROW: f32 = 30.0;
+const LOW: f32 = 140.0;
+
+/// What the panel remembers besides the session.
+#[derive(Debug, Default)]
+pub(super) struct Timeline {
+    renaming: Option<Renaming>,
+    /// When the session was last told that time passes, in seconds.
+    played_at: Option<f64>,
+}
+
+impl Timeline {
+    pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
+        self.play(ui, session, actions);
+        header::show(ui, session, actions);
+        if session.timeline.states().is_empty() {
+            let text = "Every state of the run will be kept here";
+            ui.label(RichText::new(text).color(Palette::of(ui).weak));
+            return;
+        }
+        let mut body = ui.available_rect_before_wrap();
+        body.min.y += 4.0;
+        if body.width() >= WIDE && body.height() >= 60.0 {
+            let side = Rect::from_min_max(pos2(body.max.x - FIGURES, body.min.y), body.max);
+            body.max.x = side.min.x - 16.0;
+            within(ui, side, |ui| {
+                let area = ScrollArea::vertical().id_salt("figures").min_scrolled_height(0.0);
+                area.show(ui, |ui| figures::show(ui, session));
+            });
+        } else if body.height() >= LOW {
+            let mut row = body;
+            row.max.y = row.min.y + FIGURES_ROW;
+            body.min.y = row.max.y + 2.0;
+            within(ui, row, |ui| figures::show(ui, session));
+        }
+        self.rows(ui, session, body, actions);
+    }
+
+    /// Plots, ruler and lanes.
+    fn rows(&mut self, ui: &mut Ui, session: &Session, body: Rect, actions: &mut Vec<Action>) {
+        let states = session.timeline.states().len();
+        let left = (body.min.x + NAMES + plots::NUMBERS).min(body.center().x);
+        let longest = session.timeline.branches().iter().map(|b| b.states.len()).max().unwrap_or(1);
+        let axis = Axis::new(egui::Rangef::new(left, body.max.x), states, longest.max(expected(session)));
+
+        let wanted: Vec<_> = session.curves.shown().collect();
+        let lanes_height = lanes::height(session, &lanes::kinds(session));
+        let room = (body.height() - ruler::HEIGHT).max(0.0);
+        // Lanes that take more than half of the room scroll, unless nothing else
+        // has a use for it.
+        let most = if wanted.is_empty() { room } else { (0.5 * room).max(room - wanted.len() as f32 * 90.0) };
+        let lanes_room = lanes_height.min(most.max(room - plots::LEAST * wanted.len() as f32));
+        let plots_room = room - lanes_room;
+        let fitting = ((plots_room / plots::LEAST) as usize).min(wanted.len());
+        let plot_height = if fitting == 0 { 0.0 } else { plots_room / fitting as f32 };
+
+        let mut hovered = None;
+        let mut top = body.min.y;
+        for &curve in &wanted[..fitting] {
+            let rect = Rect::from_min_max(pos2(body.min.x, top), pos2(body.max.x, top + plot_height - 3.0));
+            hovered = plots::show(ui, session, curve, rect, &axis, actions).or(hovered);
+            top += plot_height;
+        }
+        let ruler = Rect::from_min_max(pos2(left, top), pos2(body.max.x, top + ruler::HEIGHT));
+        hovered = ruler::show(ui, session, ruler, &axis, actions).or(hovered);
+        let area = Rect::from_min_max(pos2(body.min.x, ruler.max.y), body.max);
+        if area.height() > 4.0 {
+            within(ui, area, |ui| {
+                let scroll = ScrollArea::vertical().id_salt("lanes").min_scrolled_height(0.0);
+                scroll.auto_shrink([false, false]).show(ui, |ui| {
+                    let size = vec2(area.width(), lanes_height);
+                    let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
+                    hovered = self.lanes(ui, session, rect, &axis, actions).or(hovered);
+                });
+            });
+        }
+        self.lines(ui, session, &axis, [body.min.y, ruler.min.y], hovered);
+    }
+
+    /// The playhead through the plots, and where the pointer is.
+    fn lines(
+        &self,
+        ui: &Ui,
+        session: &Session,
+        axis: &Axis,
+        [top, bottom]: [f32; 2],
+        hovered: Option<usize>,
+    ) {
+        let palette = Palette::of(ui);
+        if let Some(index) = hovered {
+            let stroke = Stroke::new(1.0, palette.weak.gamma_multiply(0.6));
+            ui.painter().vline(axis.x(index), top..=bottom, stroke);
+        }
+        let x = axis.x(session.timeline.shown_index());
+        ui.painter().vline(x, top..=bottom, Stroke::new(1.5, palette.accent));
+    }
+
+    /// Tells the session how time passes while it plays.
+    fn play(&mut self, ui: &Ui, session: &Session, actions: &mut Vec<Action>) {
+        if !session.playback.is_playing {
+            self.played_at = None;
+            return;
+        }
+        let now = ui.input(|i| i.time);
+        let since = now - *self.played_at.get_or_insert(now);
+        let interval = 1.0 / f64::from(session.playback.speed());
+        if since >= interval {
+            self.played_at = Some(now);
+            actions.push(Action::PlayOn(since));
+        }
+        let left = (interval - since).clamp(0.0, interval);
+        ui.ctx().request_repaint_after(Duration::from_secs_f64(left));
+    }
+}
+
+/// A part of the panel that never makes it larger.
+fn within<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> R {
+    let mut part = ui.new_child(UiBuilder::new().max_rect(rect));
+    part.shrink_clip_rect(rect.expand(2.0));
+    contents(&mut part)
+}
+
+/// States that the shown branch will have, as far as can be told: those of the
+/// iterations to come.
+fn expected(session: &Session) -> usize {
+    let states = session.timeline.states();
+    let (Some(last), Some(steps)) = (states.last(), steps(session)) else { return states.len() };
+    if last.abstraction.phase == crate::inference::Phase::Finished {
+        return states.len();
+    }
+    states.len() + steps.saturating_sub(last.abstraction.iteration) as usize
+}
