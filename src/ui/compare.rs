@@ -113,6 +113,7 @@ impl Compare {
             selection: &Default::default(),
             hidden: &Default::default(),
             lit: Vec::new(),
+            draft: None,
             ghosts: Vec::new(),
             ..scene
         };

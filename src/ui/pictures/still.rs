@@ -58,6 +58,7 @@ impl Still {
             surface_scalar: None,
             disagrees: None,
             lit: Vec::new(),
+            draft: None,
             ghosts: Vec::new(),
             is_loading: false,
         }
