@@ -9,6 +9,7 @@ use egui::{Key, Modifiers, vec2};
 use egui_kittest::kittest::Queryable;
 use superform::inference::{Phase, Primitive, UNASSIGNED};
 use superform::session::Verb;
+use superform::session::gizmo::{Figure, Gizmo, Handle, Mode};
 use superform::worker::{Activity, Cause, Source};
 use ui_common::{Driver, Role, options};
 
@@ -357,4 +358,86 @@ fn points_that_belong_together_are_pinned_until_they_are_released() {
     edited(&mut driver, count);
     assert!(driver.session().snapshot.as_ref().unwrap().abstraction.pinned.is_empty());
     assert!(!driver.session().is_enabled(Verb::ReleasePoints));
+}
+
+/// Where a handle of the selected primitive can be taken hold of, and which way
+/// it goes, in logical pixels of the window.
+fn handle_at(driver: &Driver, handle: Handle) -> (egui::Pos2, egui::Vec2) {
+    let session = driver.session();
+    let view = driver.viewport();
+    let shape = session.scene.shape(&session.selected_primitive().unwrap().shape);
+    let size = nalgebra::Vector2::new(f64::from(view.width()), f64::from(view.height()));
+    let gizmo = Gizmo::new(shape, session.handles.unwrap(), &session.camera, size);
+    let part = gizmo.parts().into_iter().find(|p| p.handle == handle).unwrap();
+    let at = |p: nalgebra::Vector2<f64>| view.min + vec2(p.x as f32, p.y as f32);
+    match part.figure {
+        Figure::Arrow(from, to) => (at(from + (to - from) * 0.85), (at(to) - at(from)).normalized()),
+        Figure::Knob { from, at: knob } => (at(knob), (at(knob) - at(from)).normalized()),
+        figure => panic!("{figure:?}"),
+    }
+}
+
+#[test]
+fn handles_in_the_view_move_scale_and_taper() {
+    let mut driver = finished();
+    let id = largest(&driver).id;
+    driver.press(&row(id));
+    for (verb, handle) in [
+        ("Move", Handle::MoveAxis(0)),
+        ("Scale", Handle::ScaleAxis(1)),
+        ("Taper", Handle::Taper(1)),
+        ("Round", Handle::Exponent(1)),
+    ] {
+        let before = primitive(&driver, id).unwrap().shape;
+        let (count, camera) = (states(&driver), driver.session().camera);
+        driver.press(verb);
+        let (at, along) = handle_at(&driver, handle);
+        driver.drag(at, at + along * 30.0);
+        edited(&mut driver, count);
+        let after = primitive(&driver, id).unwrap().shape;
+        assert_eq!(driver.session().camera, camera, "{verb} does not orbit");
+        assert_eq!(states(&driver), count + 1, "{verb} is one state");
+        match handle {
+            Handle::MoveAxis(_) => {
+                let local = before.rotation.inverse() * (after.translation - before.translation);
+                assert!(local.x > 0.0 && local.yz().norm() < 1e-6 * local.x, "{local}");
+            }
+            Handle::ScaleAxis(_) => assert!(after.semi_axes.y > before.semi_axes.y * 1.02),
+            Handle::Taper(_) => assert_ne!(after.taper[1], before.taper[1]),
+            _ => assert_ne!(after.exponents[1], before.exponents[1]),
+        }
+    }
+    assert_eq!(driver.session().handles, Some(Mode::Roundness));
+    driver.key(Modifiers::SHIFT, Key::R);
+    assert_eq!(driver.session().handles, None, "the same key puts them away");
+}
+
+#[test]
+fn escape_ends_the_drag_of_a_handle() {
+    let mut driver = finished();
+    let before = largest(&driver);
+    let count = states(&driver);
+    driver.press(&row(before.id));
+    driver.key(Modifiers::NONE, Key::V);
+    let (at, along) = handle_at(&driver, Handle::MoveAxis(2));
+    driver.harness.hover_at(at);
+    driver.harness.run_steps(1);
+    driver.harness.drag_at(at);
+    driver.harness.run_steps(1);
+    for i in 1..=4 {
+        driver.harness.hover_at(at + along * (8.0 * i as f32));
+        driver.harness.run_steps(1);
+    }
+    assert!(driver.session().is_shaping());
+    driver.key(Modifiers::NONE, Key::Escape);
+    assert!(driver.session().draft().is_none());
+    let camera = driver.session().camera;
+    driver.harness.hover_at(at + along * 60.0);
+    driver.harness.run_steps(2);
+    driver.harness.drop_at(at + along * 60.0);
+    driver.harness.run_steps(2);
+    driver.settle();
+    assert_eq!(driver.session().camera, camera, "the rest of the drag moves nothing");
+    assert_eq!((states(&driver), driver.session().draft().is_none()), (count, true));
+    assert_eq!(driver.session().selection, [before.id].into());
 }

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::action::PictureKind;
 use super::camera::{AxisView, Bounds, Camera};
+use super::gizmo::Mode;
 use super::keeping::{Opening, Parting};
 use super::messages::Level;
 use super::scene::SceneFromInput;
@@ -191,6 +192,14 @@ impl Session {
                 }
             }
             Verb::DropShape => self.drop_draft(),
+            Verb::HandlesMove
+            | Verb::HandlesRotate
+            | Verb::HandlesScale
+            | Verb::HandlesTaper
+            | Verb::HandlesRoundness => {
+                let is_on = self.is_on(verb) == Some(true);
+                self.handles = if is_on { None } else { mode_of(verb) };
+            }
             Verb::AcceptMerge => return self.accept_merge(),
             Verb::SkipMerge => return self.skip_merge(),
             Verb::DropMerge => self.drop_proposal(),
@@ -343,4 +352,16 @@ impl Session {
         let points = self.loaded.as_ref().map_or(&[][..], |l| &l.cloud.points);
         self.scene = SceneFromInput::fit(points, self.view.up);
     }
+}
+
+/// The handles that a verb shows.
+pub(super) fn mode_of(verb: Verb) -> Option<Mode> {
+    Some(match verb {
+        Verb::HandlesMove => Mode::Move,
+        Verb::HandlesRotate => Mode::Rotate,
+        Verb::HandlesScale => Mode::Scale,
+        Verb::HandlesTaper => Mode::Taper,
+        Verb::HandlesRoundness => Mode::Roundness,
+        _ => return None,
+    })
 }

@@ -1,5 +1,6 @@
 //! What can be asked for now, and why not.
 
+use super::apply::mode_of;
 use super::view::{Picks, ThemeChoice, Tool};
 use super::window::Panel;
 use super::{Session, Verb};
@@ -79,6 +80,11 @@ impl Session {
     /// Whether a verb that switches something is on; `None` for the others.
     pub fn is_on(&self, verb: Verb) -> Option<bool> {
         match verb {
+            Verb::HandlesMove
+            | Verb::HandlesRotate
+            | Verb::HandlesScale
+            | Verb::HandlesTaper
+            | Verb::HandlesRoundness => Some(self.handles == mode_of(verb)),
             Verb::ToggleOrthographic => Some(self.camera.orthographic),
             Verb::ToggleLive => Some(self.live.is_on),
             Verb::ToggleLoop => Some(self.playback.loops),

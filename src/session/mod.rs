@@ -139,6 +139,8 @@ pub struct Session {
     skipped: Vec<(u32, u32)>,
     /// What has been decided on the merges that were proposed.
     decisions: Vec<Decision>,
+    /// What the handles on the selected primitive change, where there are any.
+    pub handles: Option<gizmo::Mode>,
     /// A merge is being judged.
     is_judging: bool,
     /// The primitive under the hand.
@@ -192,6 +194,7 @@ impl Session {
             proposal: None,
             skipped: Vec::new(),
             decisions: Vec::new(),
+            handles: None,
             is_judging: false,
             shaping: None,
             last_angles: None,

@@ -78,6 +78,18 @@ impl SceneFromInput {
         }
     }
 
+    /// Takes [`SceneFromInput::shape`] back.
+    pub fn shape_in_input(&self, scene: &Superquadric) -> Superquadric {
+        let turned_back = self.rotation.inverse();
+        let translation = turned_back * scene.translation / self.scale + self.center.coords;
+        Superquadric {
+            semi_axes: scene.semi_axes / self.scale,
+            rotation: turned_back * scene.rotation,
+            translation,
+            ..*scene
+        }
+    }
+
     /// Centre of the shape's box, in input units.
     pub fn center(&self) -> Point3<f64> {
         self.center
@@ -251,6 +263,12 @@ mod tests {
         };
         let scene = SceneFromInput::fit(&cloud(), UpAxis::Z);
         let shown = scene.shape(&body);
+        let back = scene.shape_in_input(&shown);
+        assert!(
+            (back.translation - body.translation).norm() < 1e-6
+                && back.rotation.angle_to(&body.rotation) < 1e-6
+        );
+        assert!((back.semi_axes - body.semi_axes).norm() < 1e-9);
         for x in [Point3::new(1e6, 0.0, 2.0), Point3::new(1e6 + 3.0, -1.0, 1.0)] {
             let expected = body.radial_distance(&x) * scene.scale();
             assert!((shown.radial_distance(&scene.point(&x)) - expected).abs() < 1e-6);

@@ -6,6 +6,7 @@ use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
 use nalgebra::{Point3, Rotation3, Vector3};
 
+use super::gizmo::Handle;
 use super::{Effect, Session};
 use crate::geometry::Superquadric;
 use crate::inference::{Algorithm, Edit, Primitive};
@@ -189,6 +190,53 @@ fn angles_near(rotation: &Rotation3<f64>, near: [f64; 3]) -> [f64; 3] {
         .unwrap_or(near)
 }
 
+/// A round length of about a hundredth of `extent`: 1, 2 or 5 times a power of
+/// ten.
+pub fn round_step(extent: f64) -> f64 {
+    let wanted = 0.01 * extent;
+    let power = 10_f64.powf(wanted.log10().floor());
+    let share = wanted / power;
+    let step = if share < 1.5 {
+        1.0
+    } else if share < 3.5 {
+        2.0
+    } else if share < 7.5 {
+        5.0
+    } else {
+        10.0
+    };
+    step * power
+}
+
+/// What a drag of a handle made of `start`, in round steps: 15° for turns,
+/// `step` for lengths, 0.1 for the others.
+pub fn snapped(handle: Handle, start: &Superquadric, dragged: &Superquadric, step: f64) -> Superquadric {
+    let round = |v: f64, step: f64| (v / step).round() * step;
+    let mut shape = *dragged;
+    match handle {
+        Handle::MoveAxis(_) | Handle::MovePlane(_) | Handle::MoveFree => {
+            let local = start.rotation.inverse() * (dragged.translation - start.translation);
+            shape.translation = start.translation + start.rotation * local.map(|v| round(v, step));
+        }
+        Handle::RotateAxis(_) | Handle::RotateView => {
+            let turn = dragged.rotation * start.rotation.inverse();
+            shape.rotation = turn.axis().map_or(start.rotation, |axis| {
+                Rotation3::from_axis_angle(&axis, round(turn.angle(), PI / 12.0)) * start.rotation
+            });
+        }
+        Handle::ScaleAxis(axis) => {
+            shape.semi_axes[axis] = round(shape.semi_axes[axis], step).max(step);
+        }
+        Handle::ScaleUniform => {
+            let factor = round(dragged.semi_axes.x / start.semi_axes.x, 0.1).max(0.1);
+            shape.semi_axes = start.semi_axes * factor;
+        }
+        Handle::Taper(which) => shape.taper[which] = round(shape.taper[which], 0.1),
+        Handle::Exponent(which) => shape.exponents[which] = round(shape.exponents[which], 0.1),
+    }
+    shape
+}
+
 #[cfg(test)]
 mod tests {
     use proptest::prelude::*;
@@ -232,6 +280,24 @@ mod tests {
             prop_assert!(clamped.is_valid());
             prop_assert_eq!(limits.clamped(&clamped), clamped);
         }
+    }
+
+    #[test]
+    fn steps_are_round() {
+        for (extent, step) in [(1.0, 0.01), (3.0, 0.02), (60.0, 0.5), (0.009, 1e-4)] {
+            assert!((round_step(extent) / step - 1.0).abs() < 1e-9, "{extent}: {}", round_step(extent));
+        }
+        let start = Superquadric::sphere(Point3::new(1.0, 2.0, 3.0), 1.03);
+        let mut dragged = start.moved(&Vector3::new(0.0, 0.0, 0.5), &Vector3::zeros());
+        let turned = snapped(Handle::RotateAxis(2), &start, &dragged, 0.1);
+        assert!((turned.rotation.angle() - 30_f64.to_radians()).abs() < 1e-9);
+        dragged.translation.x += 0.337;
+        let moved = snapped(Handle::MoveAxis(0), &start, &dragged, 0.1);
+        assert!((moved.translation.x - 1.3).abs() < 1e-9);
+        dragged.semi_axes.y = 1.26;
+        assert!((snapped(Handle::ScaleAxis(1), &start, &dragged, 0.1).semi_axes.y - 1.3).abs() < 1e-9);
+        dragged.taper[0] = 0.44;
+        assert!((snapped(Handle::Taper(0), &start, &dragged, 0.1).taper[0] - 0.4).abs() < 1e-9);
     }
 
     #[test]

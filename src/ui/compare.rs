@@ -114,6 +114,7 @@ impl Compare {
             hidden: &Default::default(),
             lit: Vec::new(),
             draft: None,
+            handles: None,
             ghosts: Vec::new(),
             ..scene
         };

@@ -15,6 +15,7 @@ use crate::render::colormap::viridis;
 use crate::render::{Highlight, PickScene, PointIndex, PrimitiveInstance, SurfacePaint};
 use crate::session::Session;
 use crate::session::camera::Camera;
+use crate::session::gizmo::Mode;
 use crate::session::scalar::{Scalar, SurfaceScalar, nearest_distances, own_distances};
 use crate::session::scene::{Paint, SceneFromInput, faded, shown_colors, shown_points};
 use crate::session::view::{ColorBy, View};
@@ -58,6 +59,8 @@ pub(super) struct SceneView<'a> {
     pub(super) draft: Option<(u32, Superquadric)>,
     /// What is not there yet, in input units.
     pub(super) ghosts: Vec<Superquadric>,
+    /// The primitive, by id, that has handles, and what they change.
+    pub(super) handles: Option<(u32, Mode)>,
     pub(super) is_loading: bool,
 }
 
@@ -81,13 +84,33 @@ impl<'a> SceneView<'a> {
             lit: session.proposal.iter().flat_map(|p| [p.pair.0, p.pair.1]).collect(),
             ghosts: session.proposal.iter().map(|p| p.union).collect(),
             draft: session.draft().map(|(id, shape)| (id, *shape)),
+            handles: handled(session),
             is_loading: session.activity == Activity::Loading,
         }
+    }
+
+    /// The primitive that has handles, with its shape in input units as it is
+    /// shown.
+    pub(super) fn handled(&self) -> Option<(u32, &Superquadric, Mode)> {
+        let (id, mode) = self.handles?;
+        let primitive = self.primitives().iter().find(|p| p.id == id)?;
+        let drafted = self.draft.as_ref().filter(|draft| draft.0 == id);
+        Some((id, drafted.map_or(&primitive.shape, |draft| &draft.1), mode))
     }
 
     pub(super) fn primitives(&self) -> &'a [Primitive] {
         self.snapshot.map_or(&[], |s| &s.abstraction.primitives)
     }
+}
+
+/// The one selected primitive, where it may be changed and is seen, and what its
+/// handles change.
+fn handled(session: &Session) -> Option<(u32, Mode)> {
+    let primitive = session.selected_primitive()?;
+    let can = session.why_fixed(primitive).is_none()
+        && !session.is_judging()
+        && !session.hidden.contains(&primitive.id);
+    session.handles.filter(|_| can).map(|mode| (primitive.id, mode))
 }
 
 /// Data with a number that changes when it does; 0 is no data.

@@ -59,6 +59,7 @@ impl Still {
             disagrees: None,
             lit: Vec::new(),
             draft: None,
+            handles: None,
             ghosts: Vec::new(),
             is_loading: false,
         }

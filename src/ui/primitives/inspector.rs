@@ -8,7 +8,7 @@ use crate::inference::Primitive;
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 use crate::ui::theme::{self, Palette};
-use crate::ui::widgets::{count, divide, length, verb_button};
+use crate::ui::widgets::{choice, count, divide, length, tooltip, verb_button};
 
 /// Primitives that are offered to be merged with.
 const NEIGHBORS: usize = 8;
@@ -53,6 +53,8 @@ fn one(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<
     );
     ui.add_space(3.0);
     theta::show(ui, session, primitive, actions);
+    ui.add_space(3.0);
+    handles(ui, session, primitive, actions);
     ui.add_space(5.0);
     buttons(
         ui,
@@ -120,6 +122,28 @@ fn points(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     verb_button(ui, session, Verb::BelongTogether, width, actions);
 }
 
+/// What can be changed by handles in the view.
+fn handles(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<Action>) {
+    ui.add_enabled_ui(session.why_fixed(primitive).is_none(), |ui| {
+        ui.horizontal(|ui| {
+            ui.spacing_mut().item_spacing.x = 3.0;
+            let width = (ui.available_width() - 4.0 * 3.0) / 5.0;
+            for (verb, text) in [
+                (Verb::HandlesMove, "Move"),
+                (Verb::HandlesRotate, "Rotate"),
+                (Verb::HandlesScale, "Scale"),
+                (Verb::HandlesTaper, "Taper"),
+                (Verb::HandlesRoundness, "Round"),
+            ] {
+                let is_on = session.is_on(verb) == Some(true);
+                if choice(ui, is_on, text, width).on_hover_text(tooltip(verb)).clicked() {
+                    actions.push(Action::Verb(verb));
+                }
+            }
+        });
+    });
+}
+
 /// Buttons of equal width in a row, with short texts for verbs.
 fn buttons(ui: &mut Ui, session: &Session, verbs: &[(Verb, &str)], actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
@@ -136,8 +160,8 @@ fn buttons(ui: &mut Ui, session: &Session, verbs: &[(Verb, &str)], actions: &mut
 }
 
 fn short_button(ui: &mut Ui, session: &Session, verb: Verb, text: &str, width: f32) -> Response {
-    let tooltip = crate::ui::widgets::tooltip(verb);
-    let why = session.why_disabled(verb).unwrap_or(&tooltip);
+    let tooltip = tooltip(verb);
+    let why = session.reason(verb).unwrap_or(&tooltip);
     let button = Button::new(text).min_size(vec2(width, theme::ROW));
     ui.add_enabled(session.is_enabled(verb), button).on_hover_text(&tooltip).on_disabled_hover_text(why)
 }
