@@ -7,7 +7,7 @@ use super::messages::{self, Level};
 use super::timeline::Timeline;
 use super::{Effect, Session};
 use crate::geometry::SampledPart;
-use crate::worker::{Activity, Cause, Command, Event, LoadedShape, Snapshot};
+use crate::worker::{Activity, Cause, Command, Event, LoadedShape, Measurement, Snapshot};
 
 /// Measurements that are kept.
 const MEASURED: usize = 512;
@@ -44,17 +44,10 @@ impl Session {
             Event::Measuring(snapshot) => self.measuring = Some(snapshot),
             Event::Measured(measurement) => {
                 self.measuring.take_if(|s| Arc::ptr_eq(s, &measurement.snapshot));
-                let key = measurement.snapshot.key;
-                // A state that was left behind doesn't matter any more.
-                if self.timeline.branches().iter().flat_map(|b| &b.states).any(|s| s.key == key) {
-                    self.measured.retain(|m| m.snapshot.key != key);
-                    if self.measured.len() == MEASURED {
-                        self.measured.remove(0);
-                    }
-                    self.measured.push(measurement);
-                }
+                self.keep_measurement(measurement);
             }
             Event::Estimated { key, chamfer_l1 } => self.estimates.take(key, chamfer_l1),
+            Event::Seeds { request, news } => self.absorb_seeds(request, news),
             Event::Proposed(proposal) => self.absorb_proposal(proposal),
             Event::Written { path, what } => {
                 // What could not be written before can be now.
@@ -68,6 +61,18 @@ impl Session {
             }
         }
         Vec::new()
+    }
+
+    /// Keeps what was measured, if its state still matters.
+    pub(super) fn keep_measurement(&mut self, measurement: Arc<Measurement>) {
+        let key = measurement.snapshot.key;
+        if self.timeline.branches().iter().flat_map(|b| &b.states).any(|s| s.key == key) {
+            self.measured.retain(|m| m.snapshot.key != key);
+            if self.measured.len() == MEASURED {
+                self.measured.remove(0);
+            }
+            self.measured.push(measurement);
+        }
     }
 
     fn absorb_shape(&mut self, shape: Arc<LoadedShape>) -> Vec<Effect> {
@@ -99,11 +104,13 @@ impl Session {
         self.drop_proposal();
         self.selection.clear();
         self.selected_points = Arc::default();
+        self.explained = None;
         self.hidden.clear();
         if !is_same {
             self.timeline = Timeline::default();
             self.measured.clear();
             self.estimates.forget();
+            self.seeds.clear();
         }
         self.worker_at = None;
         self.refit_scene();

@@ -10,7 +10,9 @@ use super::comparison::Comparison;
 use super::curves::Curve;
 use super::keeping::{Opening, PartingAnswer};
 use super::messages::Message;
+use super::scalar::Top;
 use super::scene::UpAxis;
+use super::seeds::SeedOrder;
 use super::selection::Select;
 use super::shaping::ShapeDraft;
 use super::view::{ColorBy, Layer, SurfaceStyle, ThemeChoice};
@@ -84,6 +86,11 @@ pub enum Action {
     GoBack(usize),
     /// Makes so many steps again that were undone.
     GoOn(usize),
+    /// Makes the run with that seed a branch and shows it.
+    TakeSeed(u64),
+    SetSeedOrder(SeedOrder),
+    /// Shows the odds of a sample.
+    Explain(Option<u32>),
     /// Selects one primitive, or none.
     Select(Option<u32>),
     /// Adds a primitive to the selection, or takes it out.
@@ -104,6 +111,10 @@ pub enum Action {
     /// Diameter in logical pixels.
     SetPointSize(f32),
     SetColorBy(ColorBy),
+    /// Where the colour bar ends.
+    SetLegendTop(Top),
+    /// States over which the uncertainty of labels is taken.
+    SetUncertaintyWindow(u32),
     /// Whether boxes and lassos leave out what is hidden behind something else.
     SetVisibleOnly(bool),
     SetUpAxis(UpAxis),
@@ -338,6 +349,10 @@ verbs! {
          the next is there";
     Continue: Run, shift(Key::Space), "Continue sampling",
         "Go on from this finished state, with whatever was changed by hand, for T further iterations";
+    RunSeeds: Run, shift(Key::Char('R')), "Run 8 seeds",
+        "Make the whole run with this seed and the seven after it, in the background, with the present parameters \
+         and samples; then take the best";
+    StopSeeds: Run, None, "Stop the seeds", "Make no further runs with other seeds; what is finished stays";
     Resample: Run, None, "Sample again", "Sample the shape with these settings and start over";
 
     FirstState: Timeline, shift(Key::Left), "First state", "Show the start of this branch";
@@ -372,6 +387,9 @@ verbs! {
     HideSelected: View, plain(Key::Char('H')), "Hide selected", "Hide the selected primitives";
     ShowAll: View, Some(Shortcut { ctrl: false, shift: false, alt: true, key: Key::Char('H') }),
         "Show all primitives", "Show the hidden primitives again";
+    ShowSeeds: View, None, "Seeds", "Runs that differ in their seed alone, side by side";
+    ShowOdds: View, plain(Key::Char('E')), "Explain the point",
+        "Show the odds of each table for the point under the pointer: what the sampler draws its label from";
 
     ToggleLeftPanel: Window, plain(Key::Function(2)), "Left panel", "Show or hide the shape, the run and its parameters";
     ToggleRightPanel: Window, plain(Key::Function(3)), "Right panel", "Show or hide the layers and the primitives";
@@ -419,7 +437,7 @@ pub const MOUSE: &[(&str, &str)] = &[
     ("Left drag", "Orbit"),
     ("Right or middle drag", "Pan"),
     ("Wheel", "Zoom to the cursor"),
-    ("Click", "Select a primitive or the primitive of a point"),
+    ("Click", "Select a primitive or the primitive of a point, and explain that point"),
     ("Shift+click", "Add to the selection"),
     ("Ctrl+click", "Take out of the selection"),
     ("Alt+left drag", "Orbit, with any tool"),

@@ -9,6 +9,7 @@ use super::camera::{AxisView, Bounds, Camera};
 use super::gizmo::Mode;
 use super::keeping::{Opening, Parting};
 use super::messages::Level;
+use super::scalar::Top;
 use super::scene::SceneFromInput;
 use super::undo::Undoable;
 use super::view::{Picks, ThemeChoice, Tool, View};
@@ -94,6 +95,9 @@ impl Session {
                 self.undo.end_gesture();
                 return self.end_shaping();
             }
+            Action::TakeSeed(seed) => return self.take_seed(seed),
+            Action::SetSeedOrder(order) => self.seeds.order = order,
+            Action::Explain(sample) => self.explain(sample),
             Action::SaveScreenshot(path) => {
                 self.window.save_folder = path.parent().map(PathBuf::from);
                 return vec![Effect::SaveScreenshot(path)];
@@ -139,7 +143,15 @@ impl Session {
             Action::SetPointSize(size) => {
                 self.view.point_size = size.clamp(View::POINT_SIZE.0, View::POINT_SIZE.1);
             }
-            Action::SetColorBy(by) => self.view.color_by = by,
+            Action::SetColorBy(by) => {
+                self.view.color_by = by;
+                self.view.legend_top = Top::default();
+            }
+            Action::SetLegendTop(top) => self.view.legend_top = top,
+            Action::SetUncertaintyWindow(states) => {
+                let (least, most) = View::UNCERTAINTY_WINDOW;
+                self.view.uncertainty_window = states.clamp(least, most);
+            }
             Action::SetVisibleOnly(on) => self.view.visible_only = on,
             Action::SetUpAxis(up) => {
                 self.view.up = up;
@@ -233,6 +245,15 @@ impl Session {
             | Verb::NewCluster
             | Verb::BelongTogether
             | Verb::ReleasePoints => return self.edit(self.edits_of(verb)),
+            Verb::RunSeeds => return self.run_seeds(),
+            Verb::StopSeeds => self.stop_seeds(),
+            Verb::ShowSeeds => self.view.shows_seeds ^= true,
+            Verb::ShowOdds => {
+                self.view.shows_odds = !self.view.shows_odds || self.explained.is_none();
+                if self.explained.is_none() {
+                    self.messages.push(Level::Note, "Click a point to see the odds of each table", "");
+                }
+            }
             Verb::Resample => return self.command(Command::Resample(self.sampling), Activity::Loading),
             Verb::ToggleLive => return self.set_live(!self.live.is_on),
             Verb::FrameSelection => {
@@ -318,6 +339,12 @@ impl Session {
         self.run_when_loaded = true;
         self.expect(Activity::Loading);
         Command::Load { source, sampling: self.sampling }
+    }
+
+    /// Shows the odds of a sample, or of none.
+    fn explain(&mut self, sample: Option<u32>) {
+        let count = self.loaded.as_ref().map_or(0, |l| l.cloud.points.len());
+        self.explained = sample.filter(|&i| (i as usize) < count);
     }
 
     /// Moves the camera to another place at once.

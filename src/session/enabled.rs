@@ -70,6 +70,10 @@ impl Session {
                 can_edit && self.snapshot.as_ref().is_some_and(|s| !s.abstraction.pinned.is_empty())
             }
             Verb::FrameAll | Verb::SavePicture | Verb::SaveTurntable => loaded,
+            Verb::RunSeeds => self.snapshot.is_some() && self.activity != Activity::Loading,
+            Verb::StopSeeds => self.seeds.is_running(),
+            Verb::ShowSeeds => loaded,
+            Verb::ShowOdds => self.snapshot.is_some(),
             Verb::ShowAll => !self.hidden.is_empty(),
             Verb::ClearRecent => !self.window.recent.is_empty(),
             Verb::ZoomReset => self.window.zoom != 1.0,
@@ -89,6 +93,8 @@ impl Session {
             Verb::ToggleLive => Some(self.live.is_on),
             Verb::ToggleLoop => Some(self.playback.loops),
             Verb::ToggleLog => Some(self.view.shows_log),
+            Verb::ShowSeeds => Some(self.view.shows_seeds),
+            Verb::ShowOdds => Some(self.view.shows_odds),
             Verb::ToggleLeftPanel => Some(self.window.shows(Panel::Left)),
             Verb::ToggleRightPanel => Some(self.window.shows(Panel::Right)),
             Verb::ToggleBottomPanel => Some(self.window.shows(Panel::Bottom)),

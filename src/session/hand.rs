@@ -110,6 +110,7 @@ impl Session {
         };
         let same_samples = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(&l.cloud, &state.loaded.cloud));
         if !same_samples {
+            self.explained = None;
             self.selected_points = Arc::default();
         }
         self.loaded = Some(Arc::clone(&state.loaded));
@@ -168,6 +169,7 @@ impl Session {
             Action::Select(_) | Action::ToggleSelected(_) | Action::SelectPrimitives { .. } => step("Select"),
             Action::SelectPoints { .. } => step("Select points"),
             Action::SetPrimitiveVisible(..) => step("Show or hide"),
+            Action::TakeSeed(seed) => step(&format!("Take seed {seed}")),
             Action::RenameBranch(..) => step("Rename the branch"),
             Action::RemoveBranch(_) => step("Remove the branch"),
             _ => None,
@@ -210,6 +212,8 @@ impl Session {
         self.timeline = timeline;
         self.run_when_loaded = false;
         if !is_same_shape {
+            self.explained = None;
+            self.seeds.clear();
             self.measured.clear();
             self.estimates.forget();
             self.measuring = None;

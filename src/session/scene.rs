@@ -139,7 +139,7 @@ pub const SELECTED_ALPHA: u8 = 128;
 /// What the colours of points tell.
 #[derive(Debug, Clone, Copy)]
 pub enum Paint<'a> {
-    /// The primitive of each.
+    /// The primitive of each, in these colours.
     Clusters(&'a Colors),
     /// The same, with all faded but some, by id.
     Lit(&'a Colors, &'a [u32]),

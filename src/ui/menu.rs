@@ -77,6 +77,9 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ui.separator();
             menu_item(ui, session, Verb::Reset, actions);
             menu_item(ui, session, Verb::ToggleLive, actions);
+            ui.separator();
+            menu_item(ui, session, Verb::RunSeeds, actions);
+            menu_item(ui, session, Verb::StopSeeds, actions);
         });
         ui.menu_button("View", |ui| {
             for verb in [Verb::FrameAll, Verb::FrameSelection] {
@@ -131,6 +134,9 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                     menu_item(ui, session, choice.into(), actions);
                 }
             });
+            for verb in [Verb::ShowSeeds, Verb::ShowOdds] {
+                menu_item(ui, session, verb, actions);
+            }
             ui.separator();
             menu_item(ui, session, Verb::ResetLayout, actions);
         });

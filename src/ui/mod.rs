@@ -10,6 +10,8 @@ use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 use crate::session::Session;
 use crate::session::action::{Action, PictureKind};
 
+mod background;
+mod coloring;
 mod commands;
 mod compare;
 mod controls;
@@ -25,11 +27,14 @@ mod layout;
 mod log;
 mod menu;
 mod merging;
+mod odds;
 mod overlays;
 mod pictures;
 mod primitives;
+mod priors;
 mod progress;
 mod scene;
+mod seeds;
 mod theme;
 mod timeline;
 mod toasts;
@@ -42,9 +47,11 @@ pub use dialogs::Purpose;
 use layout::Part;
 pub use layout::Sizes;
 use log::Log;
+use odds::OddsCard;
 use overlays::Overlays;
 use pictures::Pictures;
 use primitives::Primitives;
+use seeds::SeedStrip;
 use timeline::Timeline;
 use viewport::{Studio, Viewport};
 
@@ -61,6 +68,8 @@ const STILL_FRAMES: u32 = 2;
 #[derive(Debug)]
 pub struct Interface {
     viewport: Viewport,
+    odds: OddsCard,
+    seeds: SeedStrip,
     pictures: Pictures,
     dialogs: Dialogs,
     overlays: Overlays,
@@ -84,6 +93,8 @@ impl Interface {
         theme::install(ctx);
         Self {
             viewport: Viewport::new(state, "3D view", true),
+            odds: OddsCard::default(),
+            seeds: SeedStrip::new(state.map(Studio::new)),
             pictures: Pictures::new(state.map(Studio::new)),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
@@ -180,6 +191,7 @@ impl Interface {
                 widgets::follow_focus(ui);
             });
         });
+        self.seeds.show(ui, session, &mut actions);
         let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 0.0;
             viewport::toolbar(ui, session, &mut actions);
@@ -188,6 +200,7 @@ impl Interface {
             rect
         });
         merging::show(&ctx, session, area.inner, &mut actions);
+        self.odds.show(&ctx, session, area.inner, &mut actions);
         self.overlays.show(&ctx, session, area.inner, &mut actions);
         keeping::show(&ctx, session, &mut actions);
         if let Some(kind) = self.pictures.show(&ctx, area.inner, &mut actions) {

@@ -104,16 +104,30 @@ impl Viewport {
         if let Some(handles) = &handles {
             handles::paint(ui, rect, handles);
         }
+        mark(ui, view, &frame, rect);
         self.paint_drawn(ui, rect);
         if view.loaded.is_some() {
             ruler::show(ui, view, &frame, rect);
         }
-        legend::show(ui, &self.scene, rect);
+        legend::show(ui, &self.scene, view.view, rect, actions);
         axes::show(ui, view, &camera, rect, &self.name, actions);
         if view.loaded.is_none() {
             empty(ui, view, rect);
         }
     }
+}
+
+/// A ring around the sample that is being explained.
+fn mark(ui: &Ui, view: &SceneView<'_>, frame: &Frame, rect: egui::Rect) {
+    let sample = view.marked.and_then(|i| view.loaded?.cloud.points.get(i as usize));
+    let Some(p) = sample.map(|p| view.scene.point(p)) else { return };
+    let at = frame.camera.project(glam::vec3(p.x as f32, p.y as f32, p.z as f32), frame.size_px);
+    let Some(at) = at.map(|at| rect.min + egui::vec2(at.x, at.y) / frame.pixels_per_point) else { return };
+    let palette = Palette::of(ui);
+    let painter = ui.painter().with_clip_rect(rect);
+    // Seen on dark and on light things.
+    painter.circle_stroke(at, 8.0, egui::Stroke::new(4.0, palette.overlay));
+    painter.circle_stroke(at, 8.0, egui::Stroke::new(2.0, palette.accent));
 }
 
 /// What to do when there is nothing to see.

@@ -7,7 +7,7 @@ use super::Viewport;
 use crate::inference::UNASSIGNED;
 use crate::render::region::{points_within, primitives_within};
 use crate::render::{Frame, Pick, PickId, Region, picking};
-use crate::session::action::Action;
+use crate::session::action::{Action, Verb};
 use crate::session::scene::sample_of_shown;
 use crate::session::selection::Select;
 use crate::session::view::{Picks, Tool};
@@ -99,6 +99,8 @@ impl Viewport {
         let pixel = (pointer - rect.min) * frame.pixels_per_point;
         let pick = picking::pick(&self.scene.pickable(), frame, glam::vec2(pixel.x, pixel.y));
         let id = pick.and_then(|pick| primitive_of(view, &pick));
+        let sample = pick.and_then(|pick| sample_of(view, &pick)).map(|i| i as u32);
+        explain(view, response, sample, pick.is_some(), actions);
         if response.double_clicked() {
             if let Some(pick) = pick {
                 let p = pick.position.as_dvec3();
@@ -204,6 +206,29 @@ impl Viewport {
             // The picture of this frame has been decided.
             ui.ctx().request_repaint();
         }
+    }
+}
+
+/// A click on a point asks for its odds, and so does the key while the pointer
+/// is over it; a click on nothing is done with them.
+fn explain(
+    view: &SceneView<'_>,
+    response: &Response,
+    sample: Option<u32>,
+    is_on_something: bool,
+    actions: &mut Vec<Action>,
+) {
+    let is_key = |action: &Action| *action == Action::Verb(Verb::ShowOdds);
+    if let (Some(_), Some(at)) = (sample, actions.iter().position(is_key)) {
+        if view.view.shows_odds {
+            actions.remove(at);
+        }
+        actions.push(Action::Explain(sample));
+    } else if response.clicked_by(PointerButton::Primary)
+        && view.view.tool == Tool::Click
+        && (sample.is_some() || !is_on_something)
+    {
+        actions.push(Action::Explain(sample));
     }
 }
 
