@@ -408,7 +408,7 @@ fn handles_in_the_view_move_scale_and_taper() {
         }
     }
     assert_eq!(driver.session().handles, Some(Mode::Roundness));
-    driver.key(Modifiers::SHIFT, Key::R);
+    driver.key(Modifiers::NONE, Key::O);
     assert_eq!(driver.session().handles, None, "the same key puts them away");
 }
 

@@ -316,13 +316,13 @@ verbs! {
         "Give the primitive that is being dragged its shape back";
     HandlesMove: Edit, plain(Key::Char('V')), "Move by handles",
         "Show arrows on the selected primitive that move it; Ctrl snaps, Esc gives it back";
-    HandlesRotate: Edit, plain(Key::Char('E')), "Rotate by handles",
+    HandlesRotate: Edit, plain(Key::Char('Q')), "Rotate by handles",
         "Show rings on the selected primitive that turn it; Ctrl snaps to 15°, Esc gives it back";
     HandlesScale: Edit, plain(Key::Char('X')), "Scale by handles",
         "Show knobs on the selected primitive that change its semi-axes; Ctrl snaps, Esc gives them back";
     HandlesTaper: Edit, shift(Key::Char('T')), "Taper by handles",
         "Show knobs at the selected primitive's top that taper it; Ctrl snaps, Esc gives it back";
-    HandlesRoundness: Edit, shift(Key::Char('R')), "Round by handles",
+    HandlesRoundness: Edit, plain(Key::Char('O')), "Round by handles",
         "Show knobs on the selected primitive that change its exponents ε1 and ε2; Ctrl snaps, Esc gives them back";
     NewCluster: Edit, plain(Key::Char('C')), "New cluster from points",
         "Make the selected points a cluster of their own, with a primitive fitted to them";
