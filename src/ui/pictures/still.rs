@@ -65,8 +65,9 @@ impl Still {
             surface_scalar: None,
             disagrees: None,
             lit: Vec::new(),
-            ghosts: Vec::new(),
+            draft: None,
             handles: None,
+            ghosts: Vec::new(),
             marked: None,
             is_loading: false,
         }
