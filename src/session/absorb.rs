@@ -7,8 +7,7 @@ use super::messages::{self, Level};
 use super::timeline::Timeline;
 use super::{Effect, Session};
 use crate::geometry::SampledPart;
-use crate::inference::Occurrence;
-use crate::worker::{Activity, Cause, Command, Event, LoadedShape, Snapshot};
+use crate::worker::{Activity, Cause, Command, Event, LoadedShape, Measurement, Snapshot};
 
 /// Measurements that are kept.
 const MEASURED: usize = 512;
@@ -45,26 +44,35 @@ impl Session {
             Event::Measuring(snapshot) => self.measuring = Some(snapshot),
             Event::Measured(measurement) => {
                 self.measuring.take_if(|s| Arc::ptr_eq(s, &measurement.snapshot));
-                let key = measurement.snapshot.key;
-                // A state that was left behind doesn't matter any more.
-                if self.timeline.branches().iter().flat_map(|b| &b.states).any(|s| s.key == key) {
-                    self.measured.retain(|m| m.snapshot.key != key);
-                    if self.measured.len() == MEASURED {
-                        self.measured.remove(0);
-                    }
-                    self.measured.push(measurement);
-                }
+                self.keep_measurement(measurement);
             }
             Event::Estimated { key, chamfer_l1 } => self.estimates.take(key, chamfer_l1),
+            Event::Seeds { request, news } => self.absorb_seeds(request, news),
             Event::Proposed(proposal) => self.absorb_proposal(proposal),
             Event::Written { path, what } => {
                 // What could not be written before can be now.
                 self.messages.dismiss_errors();
                 self.tell_written(what, path);
             }
-            Event::Failed { what, error } => self.fail(what, &error),
+            Event::Failed { what, error } => {
+                self.is_judging = false;
+                self.settle_draft();
+                self.fail(what, &error);
+            }
         }
         Vec::new()
+    }
+
+    /// Keeps what was measured, if its state still matters.
+    pub(super) fn keep_measurement(&mut self, measurement: Arc<Measurement>) {
+        let key = measurement.snapshot.key;
+        if self.timeline.branches().iter().flat_map(|b| &b.states).any(|s| s.key == key) {
+            self.measured.retain(|m| m.snapshot.key != key);
+            if self.measured.len() == MEASURED {
+                self.measured.remove(0);
+            }
+            self.measured.push(measurement);
+        }
     }
 
     fn absorb_shape(&mut self, shape: Arc<LoadedShape>) -> Vec<Effect> {
@@ -96,11 +104,13 @@ impl Session {
         self.drop_proposal();
         self.selection.clear();
         self.selected_points = Arc::default();
+        self.explained = None;
         self.hidden.clear();
         if !is_same {
             self.timeline = Timeline::default();
             self.measured.clear();
             self.estimates.forget();
+            self.seeds.clear();
         }
         self.worker_at = None;
         self.refit_scene();
@@ -132,20 +142,12 @@ impl Session {
         } else {
             self.timeline.push(Arc::clone(&snapshot));
         }
-        for occurrence in &snapshot.occurrences {
-            if let Occurrence::Merged(report) = occurrence {
-                // The selection goes on with what it has become.
-                for id in [report.merged.0, report.merged.1] {
-                    if id != report.into && self.selection.remove(&id) {
-                        self.selection.insert(report.into);
-                    }
-                }
-            }
-        }
         self.tell_deleted(&snapshot.occurrences);
+        self.follow_selection(&snapshot.occurrences);
         if !snapshot.occurrences.is_empty() {
             let text = messages::of_step(&snapshot);
             self.messages.push(Level::Detail, text, "");
+            self.tell_edits(&snapshot.occurrences);
             self.dismiss_answered();
         }
         if follows || snapshot.cause == Cause::Start {
@@ -160,6 +162,7 @@ impl Session {
         let present: BTreeSet<u32> = self.primitives().iter().map(|p| p.id).collect();
         self.selection.retain(|id| present.contains(id));
         self.hidden.retain(|id| present.contains(id));
+        self.settle_draft();
     }
 
     /// The work that was asked for has succeeded: what went wrong before it

@@ -10,8 +10,11 @@ use super::comparison::Comparison;
 use super::curves::Curve;
 use super::keeping::{Opening, PartingAnswer};
 use super::messages::Message;
+use super::scalar::Top;
 use super::scene::UpAxis;
+use super::seeds::SeedOrder;
 use super::selection::Select;
+use super::shaping::ShapeDraft;
 use super::view::{ColorBy, Layer, SurfaceStyle, ThemeChoice};
 use crate::inference::{Edit, Method, Params};
 use crate::worker::{Pace, SamplingOptions};
@@ -52,6 +55,9 @@ pub enum Action {
     SetPace(Pace),
     /// A slider was let go, or has been held still for a while.
     HandRests,
+    /// Shows what the hand makes of a primitive; the end of the gesture makes it
+    /// an edit.
+    DraftShape(ShapeDraft),
     /// The hand has let go of whatever it dragged: what comes next is another
     /// step for undo.
     EndGesture,
@@ -80,6 +86,11 @@ pub enum Action {
     GoBack(usize),
     /// Makes so many steps again that were undone.
     GoOn(usize),
+    /// Makes the run with that seed a branch and shows it.
+    TakeSeed(u64),
+    SetSeedOrder(SeedOrder),
+    /// Shows the odds of a sample.
+    Explain(Option<u32>),
     /// Selects one primitive, or none.
     Select(Option<u32>),
     /// Adds a primitive to the selection, or takes it out.
@@ -100,6 +111,10 @@ pub enum Action {
     /// Diameter in logical pixels.
     SetPointSize(f32),
     SetColorBy(ColorBy),
+    /// Where the colour bar ends.
+    SetLegendTop(Top),
+    /// States over which the uncertainty of labels is taken.
+    SetUncertaintyWindow(u32),
     /// Whether boxes and lassos leave out what is hidden behind something else.
     SetVisibleOnly(bool),
     SetUpAxis(UpAxis),
@@ -290,11 +305,25 @@ verbs! {
     Redo: Edit, ctrl_shift('Z'), "Redo", "Make the change again that was taken back last";
     MergeSelected: Edit, plain(Key::Char('J')), "Merge selected",
         "Join the selected primitives in one, fitted to all their points, whatever the test says";
+    JudgeMerge: Edit, shift(Key::Char('J')), "Judge this merge…",
+        "Fit one primitive to the two selected, and show what the test says of it";
     SplitSelected: Edit, plain(Key::Char('D')), "Split", "Divide the selected primitive in two and fit both";
     DeleteSelected: Edit, plain(Key::Delete), "Delete", "Remove the selected primitives; their points stay without one";
     RefitSelected: Edit, plain(Key::Char('U')), "Refit", "Fit the selected primitive to its points anew";
     LockSelected: Edit, plain(Key::Char('K')), "Lock or unlock",
         "The sampler leaves locked primitives and their points alone, also when the run starts over";
+    DropShape: Edit, plain(Key::Escape), "Cancel the change",
+        "Give the primitive that is being dragged its shape back";
+    HandlesMove: Edit, plain(Key::Char('V')), "Move by handles",
+        "Show arrows on the selected primitive that move it; Ctrl snaps, Esc gives it back";
+    HandlesRotate: Edit, plain(Key::Char('Q')), "Rotate by handles",
+        "Show rings on the selected primitive that turn it; Ctrl snaps to 15°, Esc gives it back";
+    HandlesScale: Edit, plain(Key::Char('X')), "Scale by handles",
+        "Show knobs on the selected primitive that change its semi-axes; Ctrl snaps, Esc gives them back";
+    HandlesTaper: Edit, shift(Key::Char('T')), "Taper by handles",
+        "Show knobs at the selected primitive's top that taper it; Ctrl snaps, Esc gives it back";
+    HandlesRoundness: Edit, plain(Key::Char('O')), "Round by handles",
+        "Show knobs on the selected primitive that change its exponents ε1 and ε2; Ctrl snaps, Esc gives them back";
     NewCluster: Edit, plain(Key::Char('C')), "New cluster from points",
         "Make the selected points a cluster of their own, with a primitive fitted to them";
     BelongTogether: Edit, plain(Key::Char('G')), "These belong together",
@@ -310,7 +339,8 @@ verbs! {
         "Propose the best pair of primitives to merge, with the numbers of the test; then accept or skip it";
     AcceptMerge: Run, plain(Key::Enter), "Accept", "Make the proposed merge and look for the next";
     SkipMerge: Run, plain(Key::Char('S')), "Skip", "Leave this pair apart and look for the next";
-    DropMerge: Run, None, "Stop merging", "Leave the merge that is proposed and propose no other";
+    DropMerge: Run, plain(Key::Escape), "Stop merging",
+        "Leave the merge that is proposed and propose no other";
     MergeAll: Run, shift(Key::Char('M')), "Merge all",
         "Merge pair after pair until no pair may be merged";
     Reset: Run, plain(Key::Backspace), "Reset", "Back to the start, with the present parameters and seed";
@@ -319,6 +349,10 @@ verbs! {
          the next is there";
     Continue: Run, shift(Key::Space), "Continue sampling",
         "Go on from this finished state, with whatever was changed by hand, for T further iterations";
+    RunSeeds: Run, shift(Key::Char('R')), "Run 8 seeds",
+        "Make the whole run with this seed and the seven after it, in the background, with the present parameters \
+         and samples; then take the best";
+    StopSeeds: Run, None, "Stop the seeds", "Make no further runs with other seeds; what is finished stays";
     Resample: Run, None, "Sample again", "Sample the shape with these settings and start over";
 
     FirstState: Timeline, shift(Key::Left), "First state", "Show the start of this branch";
@@ -353,6 +387,9 @@ verbs! {
     HideSelected: View, plain(Key::Char('H')), "Hide selected", "Hide the selected primitives";
     ShowAll: View, Some(Shortcut { ctrl: false, shift: false, alt: true, key: Key::Char('H') }),
         "Show all primitives", "Show the hidden primitives again";
+    ShowSeeds: View, None, "Seeds", "Runs that differ in their seed alone, side by side";
+    ShowOdds: View, plain(Key::Char('E')), "Explain the point",
+        "Show the odds of each table for the point under the pointer: what the sampler draws its label from";
 
     ToggleLeftPanel: Window, plain(Key::Function(2)), "Left panel", "Show or hide the shape, the run and its parameters";
     ToggleRightPanel: Window, plain(Key::Function(3)), "Right panel", "Show or hide the layers and the primitives";
@@ -400,7 +437,7 @@ pub const MOUSE: &[(&str, &str)] = &[
     ("Left drag", "Orbit"),
     ("Right or middle drag", "Pan"),
     ("Wheel", "Zoom to the cursor"),
-    ("Click", "Select a primitive or the primitive of a point"),
+    ("Click", "Select a primitive or the primitive of a point, and explain that point"),
     ("Shift+click", "Add to the selection"),
     ("Ctrl+click", "Take out of the selection"),
     ("Alt+left drag", "Orbit, with any tool"),

@@ -6,8 +6,10 @@ use std::sync::Arc;
 
 use super::action::PictureKind;
 use super::camera::{AxisView, Bounds, Camera};
+use super::gizmo::Mode;
 use super::keeping::{Opening, Parting};
 use super::messages::Level;
+use super::scalar::Top;
 use super::scene::SceneFromInput;
 use super::undo::Undoable;
 use super::view::{Picks, ThemeChoice, Tool, View};
@@ -88,7 +90,14 @@ impl Session {
                 self.timeline.remove(id);
                 return self.show_timeline();
             }
-            Action::EndGesture => self.undo.end_gesture(),
+            Action::DraftShape(draft) => self.take_draft(draft),
+            Action::EndGesture => {
+                self.undo.end_gesture();
+                return self.end_shaping();
+            }
+            Action::TakeSeed(seed) => return self.take_seed(seed),
+            Action::SetSeedOrder(order) => self.seeds.order = order,
+            Action::Explain(sample) => self.explain(sample),
             Action::SaveScreenshot(path) => {
                 self.window.save_folder = path.parent().map(PathBuf::from);
                 return vec![Effect::SaveScreenshot(path)];
@@ -134,7 +143,15 @@ impl Session {
             Action::SetPointSize(size) => {
                 self.view.point_size = size.clamp(View::POINT_SIZE.0, View::POINT_SIZE.1);
             }
-            Action::SetColorBy(by) => self.view.color_by = by,
+            Action::SetColorBy(by) => {
+                self.view.color_by = by;
+                self.view.legend_top = Top::default();
+            }
+            Action::SetLegendTop(top) => self.view.legend_top = top,
+            Action::SetUncertaintyWindow(states) => {
+                let (least, most) = View::UNCERTAINTY_WINDOW;
+                self.view.uncertainty_window = states.clamp(least, most);
+            }
             Action::SetVisibleOnly(on) => self.view.visible_only = on,
             Action::SetUpAxis(up) => {
                 self.view.up = up;
@@ -178,8 +195,22 @@ impl Session {
             }
             Verb::StepIteration => return self.work(Command::StepIteration, Activity::Running),
             Verb::StepMerge => {
-                self.skipped.clear();
+                self.drop_proposal();
                 return self.propose(None);
+            }
+            Verb::JudgeMerge => {
+                if let [a, b] = self.selection.iter().copied().collect::<Vec<_>>()[..] {
+                    return self.propose(Some((a, b)));
+                }
+            }
+            Verb::DropShape => self.drop_draft(),
+            Verb::HandlesMove
+            | Verb::HandlesRotate
+            | Verb::HandlesScale
+            | Verb::HandlesTaper
+            | Verb::HandlesRoundness => {
+                let is_on = self.is_on(verb) == Some(true);
+                self.handles = if is_on { None } else { mode_of(verb) };
             }
             Verb::AcceptMerge => return self.accept_merge(),
             Verb::SkipMerge => return self.skip_merge(),
@@ -214,6 +245,15 @@ impl Session {
             | Verb::NewCluster
             | Verb::BelongTogether
             | Verb::ReleasePoints => return self.edit(self.edits_of(verb)),
+            Verb::RunSeeds => return self.run_seeds(),
+            Verb::StopSeeds => self.stop_seeds(),
+            Verb::ShowSeeds => self.view.shows_seeds ^= true,
+            Verb::ShowOdds => {
+                self.view.shows_odds = !self.view.shows_odds || self.explained.is_none();
+                if self.explained.is_none() {
+                    self.messages.push(Level::Note, "Click a point to see the odds of each table", "");
+                }
+            }
             Verb::Resample => return self.command(Command::Resample(self.sampling), Activity::Loading),
             Verb::ToggleLive => return self.set_live(!self.live.is_on),
             Verb::FrameSelection => {
@@ -301,6 +341,12 @@ impl Session {
         Command::Load { source, sampling: self.sampling }
     }
 
+    /// Shows the odds of a sample, or of none.
+    fn explain(&mut self, sample: Option<u32>) {
+        let count = self.loaded.as_ref().map_or(0, |l| l.cloud.points.len());
+        self.explained = sample.filter(|&i| (i as usize) < count);
+    }
+
     /// Moves the camera to another place at once.
     fn jump(&mut self, to: impl FnOnce(&mut Camera)) {
         self.camera_jumps += 1;
@@ -333,4 +379,16 @@ impl Session {
         let points = self.loaded.as_ref().map_or(&[][..], |l| &l.cloud.points);
         self.scene = SceneFromInput::fit(points, self.view.up);
     }
+}
+
+/// The handles that a verb shows.
+pub(super) fn mode_of(verb: Verb) -> Option<Mode> {
+    Some(match verb {
+        Verb::HandlesMove => Mode::Move,
+        Verb::HandlesRotate => Mode::Rotate,
+        Verb::HandlesScale => Mode::Scale,
+        Verb::HandlesTaper => Mode::Taper,
+        Verb::HandlesRoundness => Mode::Roundness,
+        _ => return None,
+    })
 }

@@ -130,6 +130,7 @@ impl Session {
         let Some(last) = renewed.states.last() else { return };
         let is_same_cloud = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(l, &renewed.loaded));
         if !is_same_cloud {
+            self.explained = None;
             // Indices of samples mean nothing among others.
             self.selected_points = Arc::default();
         }

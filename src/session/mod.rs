@@ -6,8 +6,10 @@ use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
 
+use nalgebra::Point3;
+
 use crate::geometry::palette::color_of;
-use crate::inference::{MergeProposal, Params, Phase, Primitive, Setting};
+use crate::inference::{MergeProposal, Params, Phase, Primitive, Setting, normalised_scale};
 use crate::worker::{
     Activity, Command, LoadedShape, Measurement, Pace, SamplingOptions, Snapshot, Source, State,
 };
@@ -19,19 +21,23 @@ pub mod camera;
 pub mod comparison;
 pub mod curves;
 pub mod document;
+mod edited;
 mod enabled;
 pub mod estimates;
 pub mod gizmo;
 mod hand;
 pub mod keeping;
 pub mod live;
+mod merging;
 pub mod messages;
 pub mod playback;
 pub mod preferences;
 mod reasons;
 pub mod scalar;
 pub mod scene;
+pub mod seeds;
 pub mod selection;
+pub mod shaping;
 mod telling;
 pub mod timeline;
 pub mod undo;
@@ -50,9 +56,12 @@ use document::Document;
 use estimates::Estimates;
 use keeping::{Keeping, Opening};
 use live::Live;
+use merging::Decision;
 use messages::Messages;
 use playback::Playback;
 use scene::{SceneFromInput, UpAxis};
+use seeds::Seeds;
+use shaping::Shaping;
 use timeline::Timeline;
 use undo::Undo;
 use view::View;
@@ -126,12 +135,26 @@ pub struct Session {
     pub messages: Messages,
     /// What the last merge came to.
     pub merge_text: Option<String>,
-    /// Indices of the selected samples, in order.
+    /// Indices of the selected samples, ascending.
     pub selected_points: Arc<[u32]>,
+    /// The sample whose odds are shown.
+    pub explained: Option<u32>,
+    /// Runs with other seeds.
+    pub seeds: Seeds,
     /// The merge that waits for a decision.
     pub proposal: Option<Box<MergeProposal>>,
     /// Pairs that were passed over since the last decision to merge, by ids.
     skipped: Vec<(u32, u32)>,
+    /// What has been decided on the merges that were proposed.
+    decisions: Vec<Decision>,
+    /// What the handles on the selected primitive change, where there are any.
+    pub handles: Option<gizmo::Mode>,
+    /// A merge is being judged.
+    is_judging: bool,
+    /// The primitive under the hand.
+    shaping: Option<Shaping>,
+    /// The turns about x, y and z of the primitive, by id, that was turned last.
+    last_angles: Option<(u32, [f64; 3])>,
     /// States that were measured, the last one last.
     measured: Vec<Arc<Measurement>>,
     /// What states come to that were not measured.
@@ -176,8 +199,15 @@ impl Session {
             messages: Messages::default(),
             merge_text: None,
             selected_points: Arc::default(),
+            explained: None,
+            seeds: Seeds::default(),
             proposal: None,
             skipped: Vec::new(),
+            decisions: Vec::new(),
+            handles: None,
+            is_judging: false,
+            shaping: None,
+            last_angles: None,
             measured: Vec::new(),
             estimates: Estimates::default(),
             worker_at: None,
@@ -237,6 +267,15 @@ impl Session {
     /// The shown state with what it belongs to.
     pub fn shown_state(&self) -> Option<State> {
         self.timeline.shown_state()
+    }
+
+    /// By how much lengths in input units are multiplied to be normalised, as
+    /// α, p0 and σ are; `None` where the shape has no extent.
+    pub fn normalised_scale(&self) -> Option<f64> {
+        // It depends on the box alone.
+        let size = self.scene.bounds.size() / self.scene.scale();
+        self.loaded.as_ref()?;
+        normalised_scale(&[Point3::origin(), Point3::from(size)])
     }
 
     /// What undo and a session file keep.

@@ -39,6 +39,7 @@ impl Session {
         let is_busy = !matches!(self.activity, Activity::Idle | Activity::Renewing);
         Some(match verb {
             Verb::Pause => "Nothing is running",
+            Verb::Deselect if self.proposal.is_some() => "Decide on the merge first",
             Verb::FrameSelection | Verb::Deselect => "Nothing is selected",
             Verb::HideSelected => "No primitive is selected",
             Verb::StopPlaying => "Nothing is being played",
@@ -48,6 +49,8 @@ impl Session {
             Verb::Redo => "Nothing was undone",
             Verb::AcceptMerge | Verb::SkipMerge | Verb::DropMerge => "No merge is proposed",
             Verb::MergeSelected => "Select two primitives or more",
+            Verb::JudgeMerge => "Select two primitives",
+            Verb::DropShape => "No primitive is being changed",
             Verb::SplitSelected | Verb::RefitSelected => "Select one primitive",
             Verb::DeleteSelected | Verb::LockSelected => "Select a primitive",
             Verb::NewCluster | Verb::BelongTogether => "Select points first",

@@ -1,37 +1,73 @@
 //! Numbers of the samples that can be seen as colours.
 
+use std::sync::Arc;
+
 use nalgebra::Point3;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::scene::SceneFromInput;
 use crate::geometry::kernel::{PointBlock, euclidean_distances};
-use crate::inference::{Abstraction, UNASSIGNED};
+use crate::geometry::metrics::Nearest;
+use crate::geometry::tessellate::{Resolution, surface_vertices};
+use crate::inference::{Abstraction, Primitive, UNASSIGNED, align_labels, label_entropy};
+
+/// What numbers are measured in.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Unit {
+    /// The input's unit of length.
+    #[default]
+    Length,
+    /// A share of the largest value that is possible.
+    Share,
+}
+
+/// The number that gets the last colour.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Top {
+    /// One that all but 5 % stay below.
+    #[default]
+    Robust,
+    /// The largest there is.
+    Most,
+    At(f32),
+}
+
+/// The share of the numbers that stay below the robust top, in percent.
+const ROBUST: usize = 95;
 
 /// A number for each sample, with the range that the colours span.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scalar {
-    /// What the number is, and its unit, as the legend says it.
+    /// What the number is, as the legend says it.
     pub title: String,
+    pub unit: Unit,
     /// In the samples' order; NaN where there is none.
-    pub values: Vec<f32>,
+    pub values: Arc<[f32]>,
     /// The first and the last number with a colour of its own.
     pub range: (f32, f32),
+    extent: Extent,
 }
 
 impl Scalar {
-    /// With a range from 0 to the number that all but 2 % stay below, rounded
-    /// up to one that is easy to read.
+    /// Lengths, with a range from 0 to the number that all but 5 % stay below,
+    /// rounded up to one that is easy to read.
     pub fn from_zero(title: &str, values: Vec<f32>) -> Self {
-        let mut sorted: Vec<f32> = values.iter().copied().filter(|v| v.is_finite()).collect();
-        let rank = (sorted.len().saturating_sub(1)) * 98 / 100;
-        let high = if sorted.is_empty() {
-            1.0
-        } else {
-            let (_, high, _) = sorted.select_nth_unstable_by(rank, f32::total_cmp);
-            *high
-        };
-        let high = if high > 0.0 && high.is_finite() { round_up(f64::from(high)) as f32 } else { 1.0 };
-        Self { title: title.to_owned(), values, range: (0.0, high) }
+        let extent = Extent::of(values.iter().copied());
+        let range = (0.0, extent.top(Top::Robust));
+        Self { title: title.to_owned(), unit: Unit::Length, values: values.into(), range, extent }
+    }
+
+    #[must_use]
+    pub fn with_unit(self, unit: Unit) -> Self {
+        Self { unit, ..self }
+    }
+
+    /// The same numbers with another end of the range.
+    #[must_use]
+    pub fn with_top(&self, top: Top) -> Self {
+        Self { range: (0.0, self.extent.top(top)), ..self.clone() }
     }
 
     /// Where a sample's number lies in the range, within [0, 1]; `None` where
@@ -42,37 +78,123 @@ impl Scalar {
         (!value.is_nan()).then(|| ((value - low) / (high - low)).clamp(0.0, 1.0))
     }
 
+    /// The largest number.
+    pub fn most(&self) -> f32 {
+        self.extent.most
+    }
+
     /// Whether some numbers lie above the range, and share its last colour.
     pub fn exceeds_range(&self) -> bool {
-        self.values.iter().any(|&v| v > self.range.1)
+        self.extent.most > self.range.1
     }
 }
 
 /// A number for each vertex of primitives' surfaces, as
-/// [`surface_vertices`](crate::geometry::tessellate::surface_vertices) gives
-/// them for [`Resolution::SCREEN`](crate::geometry::tessellate::Resolution::SCREEN).
+/// [`surface_vertices`] gives them for [`Resolution::SCREEN`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceScalar {
-    /// What the number is, and its unit, as the legend says it.
+    /// What the number is, as the legend says it.
     pub title: String,
+    pub unit: Unit,
     /// Ids of primitives with the numbers at their vertices; NaN where there is
     /// none.
-    pub values: Vec<(u32, Vec<f32>)>,
+    pub values: Arc<[(u32, Vec<f32>)]>,
     /// The first and the last number with a colour of its own.
     pub range: (f32, f32),
+    extent: Extent,
 }
 
 impl SurfaceScalar {
+    /// As [`Scalar::from_zero`].
+    pub fn from_zero(title: &str, values: Vec<(u32, Vec<f32>)>) -> Self {
+        let extent = Extent::of(values.iter().flat_map(|(_, values)| values).copied());
+        let range = (0.0, extent.top(Top::Robust));
+        Self { title: title.to_owned(), unit: Unit::Length, values: values.into(), range, extent }
+    }
+
+    /// The same numbers with another end of the range.
+    #[must_use]
+    pub fn with_top(&self, top: Top) -> Self {
+        Self { range: (0.0, self.extent.top(top)), ..self.clone() }
+    }
+
     /// Where a number lies in the range, within [0, 1]; NaN stays.
     pub fn share(&self, value: f32) -> f32 {
         let (low, high) = self.range;
         ((value - low) / (high - low)).clamp(0.0, 1.0)
     }
 
+    /// The largest number.
+    pub fn most(&self) -> f32 {
+        self.extent.most
+    }
+
     /// Whether some numbers lie above the range, and share its last colour.
     pub fn exceeds_range(&self) -> bool {
-        self.values.iter().flat_map(|(_, values)| values).any(|&v| v > self.range.1)
+        self.extent.most > self.range.1
     }
+}
+
+/// How large numbers get.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Extent {
+    /// What all but a few stay below, a round number.
+    robust: f32,
+    most: f32,
+}
+
+impl Extent {
+    fn of(values: impl Iterator<Item = f32>) -> Self {
+        let mut finite: Vec<f32> = values.filter(|v| v.is_finite()).collect();
+        let most = finite.iter().copied().fold(0.0, f32::max);
+        let rank = finite.len().saturating_sub(1) * ROBUST / 100;
+        let robust =
+            if finite.is_empty() { 0.0 } else { *finite.select_nth_unstable_by(rank, f32::total_cmp).1 };
+        // Where next to all are 0, the others are what there is to see.
+        let robust = if robust > 0.0 { robust } else { most };
+        let robust = if robust > 0.0 { round_up(f64::from(robust)) as f32 } else { 1.0 };
+        Self { robust, most }
+    }
+
+    /// Always positive.
+    fn top(&self, top: Top) -> f32 {
+        match top {
+            Top::At(value) if value.is_normal() && value > 0.0 => value,
+            Top::Most if self.most > 0.0 => self.most,
+            _ => self.robust,
+        }
+    }
+}
+
+/// The distance of each vertex of the primitives' surfaces to the shape, in
+/// input units.
+pub fn surface_distances(primitives: &[Primitive], shape: &Nearest) -> Vec<(u32, Vec<f32>)> {
+    let of_one = |primitive: &Primitive| {
+        let vertices: Vec<Point3<f64>> =
+            surface_vertices(&primitive.shape, Resolution::SCREEN).map(|(vertex, _)| vertex).collect();
+        (primitive.id, shape.distances(&vertices).into_iter().map(|d| d as f32).collect())
+    };
+    primitives.par_iter().filter(|p| p.shape.is_valid()).map(of_one).collect()
+}
+
+/// How much runs with several seeds disagree about each sample: the entropy of
+/// its labels over them ([`label_entropy`]), once what stands for the same part
+/// as in the first has its label. What stands for no part of the first is a
+/// label of its own in each.
+pub fn seed_entropy(runs: &[&[u32]]) -> Vec<f32> {
+    let Some(first) = runs.first() else { return Vec::new() };
+    let mut aligned = vec![first.to_vec()];
+    for (run, labels) in (1..).zip(&runs[1..]) {
+        let names = align_labels(first, labels);
+        // Far beyond the labels of any run, and each run's its own.
+        let own = |label: u32| (u32::MAX / 64 * (run % 60 + 1)).wrapping_add(label % (u32::MAX / 64));
+        let name = |&label: &u32| match label {
+            UNASSIGNED => UNASSIGNED,
+            label => names.get(&label).copied().unwrap_or_else(|| own(label)),
+        };
+        aligned.push(labels.par_iter().with_min_len(1 << 14).map(name).collect());
+    }
+    label_entropy(&aligned.iter().map(Vec::as_slice).collect::<Vec<_>>())
 }
 
 /// The least of 1, 1.5, 2, 3, 4, 5, 6, 8 times a power of ten that is no less
@@ -149,8 +271,6 @@ pub fn nearest_distances(samples: &[Point3<f64>], state: &Abstraction, scene: &S
 
 #[cfg(test)]
 mod tests {
-    use std::sync::Arc;
-
     use super::*;
     use crate::geometry::Superquadric;
     use crate::inference::{Figures, Phase, Primitive};

@@ -111,6 +111,12 @@ impl Timeline {
         self.current().map_or(&[], |b| &b.states)
     }
 
+    /// The states of the branch that is shown, up to the one that is.
+    pub fn history(&self) -> &[Arc<Snapshot>] {
+        let states = self.states();
+        &states[..states.len().min(self.shown + 1)]
+    }
+
     /// Index of the shown state within its branch.
     pub fn shown_index(&self) -> usize {
         self.shown
@@ -185,6 +191,21 @@ impl Timeline {
         self.branches.push(Branch { id, name, origin, loaded, states, colors });
         self.current = self.branches.len() - 1;
         self.growing = self.current;
+    }
+
+    /// As [`Timeline::add`], while the worker goes on with the branch it is at.
+    pub(super) fn add_beside(
+        &mut self,
+        name: String,
+        loaded: Arc<LoadedShape>,
+        states: Vec<Arc<Snapshot>>,
+        colors: Arc<Colors>,
+    ) {
+        let (growing, is_first) = (self.growing, self.branches.is_empty());
+        self.add(Some(name), loaded, states, colors, None);
+        if !is_first {
+            self.growing = growing;
+        }
     }
 
     /// Makes the shown state the last of its branch: one of its own, where

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::scalar::Top;
+
 /// What can be shown or hidden as a whole.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -88,11 +90,25 @@ pub enum ColorBy {
     OwnDistance,
     /// The distance to the nearest primitive's surface.
     NearestDistance,
+    /// On the primitives' surfaces: the distance to the input.
+    SurfaceDistance,
+    /// The entropy of the point's labels over the last states.
+    Uncertainty,
+    /// The entropy of the point's labels over runs with several seeds.
+    SeedUncertainty,
 }
 
 impl ColorBy {
-    pub const ALL: [Self; 5] =
-        [Self::Cluster, Self::Input, Self::Plain, Self::OwnDistance, Self::NearestDistance];
+    pub const ALL: [Self; 8] = [
+        Self::Cluster,
+        Self::OwnDistance,
+        Self::NearestDistance,
+        Self::SurfaceDistance,
+        Self::Uncertainty,
+        Self::SeedUncertainty,
+        Self::Input,
+        Self::Plain,
+    ];
 
     pub fn text(self) -> &'static str {
         match self {
@@ -100,7 +116,10 @@ impl ColorBy {
             Self::Input => "Input colour",
             Self::Plain => "Plain",
             Self::OwnDistance => "Error",
-            Self::NearestDistance => "Nearest surface",
+            Self::NearestDistance => "To the primitives",
+            Self::SurfaceDistance => "To the input",
+            Self::Uncertainty => "Uncertainty",
+            Self::SeedUncertainty => "Seeds' disagreement",
         }
     }
 
@@ -116,6 +135,18 @@ impl ColorBy {
             Self::NearestDistance => {
                 "The distance from each point to the nearest surface of any primitive, to first order, in \
                  the file's units"
+            }
+            Self::SurfaceDistance => {
+                "Painted on the primitives: the distance from each place of their surfaces to the input, \
+                 exact to a mesh, to the nearest point of a cloud, in the file's units"
+            }
+            Self::Uncertainty => {
+                "How often the label z of each point changed over the last states: the entropy of its \
+                 labels, 0 if it was always the same, 1 if it was never the same twice"
+            }
+            Self::SeedUncertainty => {
+                "Where runs with several seeds disagree: the entropy of each point's labels over the seeds, \
+                 after the primitives that stand for the same part were matched"
             }
         }
     }
@@ -144,12 +175,20 @@ pub struct View {
     /// Diameter of a point in logical pixels.
     pub point_size: f32,
     pub color_by: ColorBy,
+    /// Where the colour bar of a number ends.
+    pub legend_top: Top,
+    /// States over which the uncertainty of labels is taken, W.
+    pub uncertainty_window: u32,
     pub tool: Tool,
     pub picks: Picks,
     /// Boxes and lassos leave out what is hidden behind something else.
     pub visible_only: bool,
     pub up: super::scene::UpAxis,
     pub theme: ThemeChoice,
+    /// The odds of a point, once one is chosen.
+    pub shows_odds: bool,
+    /// Runs with other seeds.
+    pub shows_seeds: bool,
     pub shows_log: bool,
     pub shows_shortcuts: bool,
     pub shows_about: bool,
@@ -158,16 +197,20 @@ pub struct View {
 impl View {
     /// Limits of `point_size`.
     pub const POINT_SIZE: (f32, f32) = (1.0, 12.0);
+    /// Limits of `uncertainty_window`.
+    pub const UNCERTAINTY_WINDOW: (u32, u32) = (2, 200);
 
     /// Whether all numbers are within their limits.
     pub fn is_sound(&self) -> bool {
+        let (least, most) = Self::UNCERTAINTY_WINDOW;
         (Self::POINT_SIZE.0..=Self::POINT_SIZE.1).contains(&self.point_size)
+            && (least..=most).contains(&self.uncertainty_window)
     }
 
     /// How the shape is shown as here, the window itself as in `other`.
     pub(super) fn in_window_of(self, other: &Self) -> Self {
-        let Self { theme, shows_log, shows_shortcuts, shows_about, .. } = *other;
-        Self { theme, shows_log, shows_shortcuts, shows_about, ..self }
+        let Self { theme, shows_odds, shows_seeds, shows_log, shows_shortcuts, shows_about, .. } = *other;
+        Self { theme, shows_odds, shows_seeds, shows_log, shows_shortcuts, shows_about, ..self }
     }
 
     pub fn shows(&self, layer: Layer) -> bool {
@@ -186,11 +229,15 @@ impl Default for View {
             surface_style: SurfaceStyle::default(),
             point_size: 3.5,
             color_by: ColorBy::default(),
+            legend_top: Top::default(),
+            uncertainty_window: 10,
             tool: Tool::default(),
             picks: Picks::default(),
             visible_only: false,
             up: super::scene::UpAxis::default(),
             theme: ThemeChoice::default(),
+            shows_odds: true,
+            shows_seeds: false,
             shows_log: false,
             shows_shortcuts: false,
             shows_about: false,

@@ -2,6 +2,7 @@
 
 use egui::{DragValue, Grid, Label, Response, RichText, Slider, Ui};
 
+use super::priors;
 use super::theme::{self, Palette};
 use super::widgets::{choice, count, divide, fact, length, primary_button, section, tooltip, verb_button};
 use crate::geometry::kernel::Distance;
@@ -169,6 +170,7 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         setting: Setting::Alpha,
     }
     .show(ui, &mut p, |p| &mut p.alpha, Params::ALPHA);
+    priors::tables(ui, session, &p);
     Row {
         label: "New cluster p0",
         tooltip: "p0, the density that a new primitive gives to any point. The larger, the nearer a \
@@ -176,6 +178,7 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         setting: Setting::P0,
     }
     .show(ui, &mut p, |p| &mut p.p0, Params::P0);
+    priors::distance(ui, session, &p);
     Row {
         label: "Iterations T",
         tooltip: "T, the number of Gibbs iterations of a run. Taken at the next iteration.",

@@ -37,6 +37,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ui.separator();
             for verb in [
                 Verb::MergeSelected,
+                Verb::JudgeMerge,
                 Verb::SplitSelected,
                 Verb::RefitSelected,
                 Verb::LockSelected,
@@ -44,6 +45,18 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ] {
                 menu_item(ui, session, verb, actions);
             }
+            ui.separator();
+            ui.menu_button("Handles", |ui| {
+                for verb in [
+                    Verb::HandlesMove,
+                    Verb::HandlesRotate,
+                    Verb::HandlesScale,
+                    Verb::HandlesTaper,
+                    Verb::HandlesRoundness,
+                ] {
+                    menu_item(ui, session, verb, actions);
+                }
+            });
             ui.separator();
             for verb in [Verb::NewCluster, Verb::BelongTogether, Verb::ReleasePoints] {
                 menu_item(ui, session, verb, actions);
@@ -64,6 +77,9 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ui.separator();
             menu_item(ui, session, Verb::Reset, actions);
             menu_item(ui, session, Verb::ToggleLive, actions);
+            ui.separator();
+            menu_item(ui, session, Verb::RunSeeds, actions);
+            menu_item(ui, session, Verb::StopSeeds, actions);
         });
         ui.menu_button("View", |ui| {
             for verb in [Verb::FrameAll, Verb::FrameSelection] {
@@ -118,6 +134,9 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                     menu_item(ui, session, choice.into(), actions);
                 }
             });
+            for verb in [Verb::ShowSeeds, Verb::ShowOdds] {
+                menu_item(ui, session, verb, actions);
+            }
             ui.separator();
             menu_item(ui, session, Verb::ResetLayout, actions);
         });

@@ -7,10 +7,11 @@ use std::time::Duration;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
-use crate::inference::Edit;
 use crate::session::Session;
 use crate::session::action::{Action, PictureKind};
 
+mod background;
+mod coloring;
 mod commands;
 mod compare;
 mod controls;
@@ -25,11 +26,15 @@ mod keys;
 mod layout;
 mod log;
 mod menu;
+mod merging;
+mod odds;
 mod overlays;
 mod pictures;
 mod primitives;
+mod priors;
 mod progress;
 mod scene;
+mod seeds;
 mod theme;
 mod timeline;
 mod toasts;
@@ -42,8 +47,11 @@ pub use dialogs::Purpose;
 use layout::Part;
 pub use layout::Sizes;
 use log::Log;
+use odds::OddsCard;
 use overlays::Overlays;
 use pictures::Pictures;
+use primitives::Primitives;
+use seeds::SeedStrip;
 use timeline::Timeline;
 use viewport::{Studio, Viewport};
 
@@ -60,9 +68,12 @@ const STILL_FRAMES: u32 = 2;
 #[derive(Debug)]
 pub struct Interface {
     viewport: Viewport,
+    odds: OddsCard,
+    seeds: SeedStrip,
     pictures: Pictures,
     dialogs: Dialogs,
     overlays: Overlays,
+    primitives: Primitives,
     timeline: Timeline,
     compare: Compare,
     log: Log,
@@ -82,9 +93,12 @@ impl Interface {
         theme::install(ctx);
         Self {
             viewport: Viewport::new(state, "3D view", true),
+            odds: OddsCard::default(),
+            seeds: SeedStrip::new(state.map(Studio::new)),
             pictures: Pictures::new(state.map(Studio::new)),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
+            primitives: Primitives::default(),
             timeline: Timeline::default(),
             compare: Compare::default(),
             log: Log::default(),
@@ -173,10 +187,11 @@ impl Interface {
         Part::Right.show(ui, place, side, sizes, &mut actions, |ui, actions| {
             let height = ui.available_height();
             ScrollArea::vertical().id_salt("right").auto_shrink([false, false]).show(ui, |ui| {
-                primitives::show(ui, session, height, actions);
+                self.primitives.show(ui, session, height, actions);
                 widgets::follow_focus(ui);
             });
         });
+        self.seeds.show(ui, session, &mut actions);
         let area = CentralPanel::default().frame(Frame::NONE).show(ui, |ui| {
             ui.spacing_mut().item_spacing.y = 0.0;
             viewport::toolbar(ui, session, &mut actions);
@@ -184,6 +199,8 @@ impl Interface {
             self.compare.show(ui, session, &mut self.viewport, &mut actions);
             rect
         });
+        merging::show(&ctx, session, area.inner, &mut actions);
+        self.odds.show(&ctx, session, area.inner, &mut actions);
         self.overlays.show(&ctx, session, area.inner, &mut actions);
         keeping::show(&ctx, session, &mut actions);
         if let Some(kind) = self.pictures.show(&ctx, area.inner, &mut actions) {
@@ -203,10 +220,7 @@ impl Interface {
     /// the keyboard changes at once.
     fn watch_gesture(&mut self, ctx: &Context, actions: &mut Vec<Action>) {
         let is_part = |action: &Action| {
-            matches!(
-                action,
-                Action::SetParams(_) | Action::SetSampling(_) | Action::Edit(Edit::SetShape { .. })
-            )
+            matches!(action, Action::SetParams(_) | Action::SetSampling(_) | Action::DraftShape(_))
         };
         self.is_in_gesture |= actions.iter().any(is_part);
         if self.is_in_gesture && !ctx.input(|i| i.pointer.any_down()) {

@@ -7,6 +7,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
+use super::coloring::{Coloring, Numbers, Told};
 use crate::geometry::Superquadric;
 use crate::geometry::palette::Colors;
 use crate::inference::Primitive;
@@ -15,22 +16,26 @@ use crate::render::colormap::viridis;
 use crate::render::{Highlight, PickScene, PointIndex, PrimitiveInstance, SurfacePaint};
 use crate::session::Session;
 use crate::session::camera::Camera;
-use crate::session::scalar::{Scalar, SurfaceScalar, nearest_distances, own_distances};
-use crate::session::scene::{Paint, SceneFromInput, shown_colors, shown_points};
+use crate::session::gizmo::Mode;
+use crate::session::scalar::{Scalar, SurfaceScalar, Unit};
+use crate::session::scene::{Paint, SceneFromInput, faded, shown_colors, shown_points};
+use crate::session::seeds::Seeds;
 use crate::session::view::{ColorBy, View};
 use crate::worker::{Activity, LoadedShape, Snapshot};
 
 /// Up to this many points, what lies under the pointer is looked up as it moves
 /// also without an index.
 const QUICK_POINTS: usize = 200_000;
-/// Distances that are computed within a frame; more are in the background.
-const QUICK_DISTANCES: usize = 150_000;
 
 /// One state of a shape, as it is to be seen: what a viewport is given.
 #[derive(Debug, Clone)]
 pub(super) struct SceneView<'a> {
     pub(super) loaded: Option<&'a Arc<LoadedShape>>,
     pub(super) snapshot: Option<&'a Arc<Snapshot>>,
+    /// The states up to this one, the last one last.
+    pub(super) history: &'a [Arc<Snapshot>],
+    /// Runs with other seeds.
+    pub(super) seeds: Option<&'a Seeds>,
     /// Of primitives.
     pub(super) colors: Arc<Colors>,
     pub(super) scene: &'a SceneFromInput,
@@ -54,8 +59,14 @@ pub(super) struct SceneView<'a> {
     /// Ids of primitives that something is told about, such as a pair that may
     /// be merged.
     pub(super) lit: Vec<u32>,
+    /// The primitive, by id, that is under the hand, and its shape in input units.
+    pub(super) draft: Option<(u32, Superquadric)>,
     /// What is not there yet, in input units.
     pub(super) ghosts: Vec<Superquadric>,
+    /// The primitive, by id, that has handles, and what they change.
+    pub(super) handles: Option<(u32, Mode)>,
+    /// The sample that is being explained.
+    pub(super) marked: Option<u32>,
     pub(super) is_loading: bool,
 }
 
@@ -65,6 +76,8 @@ impl<'a> SceneView<'a> {
         Self {
             loaded: session.loaded.as_ref(),
             snapshot: session.snapshot.as_ref(),
+            history: session.timeline.history(),
+            seeds: Some(&session.seeds),
             colors: session.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default(),
             scene: &session.scene,
             camera: &session.camera,
@@ -78,13 +91,35 @@ impl<'a> SceneView<'a> {
             disagrees: None,
             lit: session.proposal.iter().flat_map(|p| [p.pair.0, p.pair.1]).collect(),
             ghosts: session.proposal.iter().map(|p| p.union).collect(),
+            draft: session.draft().map(|(id, shape)| (id, *shape)),
+            handles: handled(session),
+            marked: session.explained.filter(|_| session.view.shows_odds),
             is_loading: session.activity == Activity::Loading,
         }
+    }
+
+    /// The primitive that has handles, with its shape in input units as it is
+    /// shown.
+    pub(super) fn handled(&self) -> Option<(u32, &Superquadric, Mode)> {
+        let (id, mode) = self.handles?;
+        let primitive = self.primitives().iter().find(|p| p.id == id)?;
+        let drafted = self.draft.as_ref().filter(|draft| draft.0 == id);
+        Some((id, drafted.map_or(&primitive.shape, |draft| &draft.1), mode))
     }
 
     pub(super) fn primitives(&self) -> &'a [Primitive] {
         self.snapshot.map_or(&[], |s| &s.abstraction.primitives)
     }
+}
+
+/// The one selected primitive, where it may be changed and is seen, and what its
+/// handles change.
+fn handled(session: &Session) -> Option<(u32, Mode)> {
+    let primitive = session.selected_primitive()?;
+    let can = session.why_fixed(primitive).is_none()
+        && !session.is_judging()
+        && !session.hidden.contains(&primitive.id);
+    session.handles.filter(|_| can).map(|mode| (primitive.id, mode))
 }
 
 /// Data with a number that changes when it does; 0 is no data.
@@ -137,26 +172,18 @@ struct Made {
     surface_scalar: Option<Arc<SurfaceScalar>>,
     disagrees: Option<Arc<[bool]>>,
     lit: Vec<u32>,
+    draft: Option<(u32, Superquadric)>,
     ghosts: Vec<Superquadric>,
     hovered: Option<u32>,
-}
-
-/// Distances of all samples, on their way.
-#[derive(Debug, Clone)]
-struct Distances {
-    shape: Arc<LoadedShape>,
-    snapshot: Arc<Snapshot>,
-    color_by: ColorBy,
-    result: Arc<OnceLock<Arc<Scalar>>>,
 }
 
 /// All data in scene units; cheap to clone.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Scene {
     made: Made,
-    distances: Option<Distances>,
-    /// What the points' colours tell, where it is a number.
-    scalar: Option<Arc<Scalar>>,
+    coloring: Coloring,
+    /// What the colours should tell and why they don't.
+    missing: Option<&'static str>,
     pub(super) points: Versioned<Vec<[f32; 3]>>,
     /// That of the points, once it has been made in the background.
     index: Arc<OnceLock<PointIndex>>,
@@ -175,22 +202,35 @@ impl Scene {
         hovered: Option<u32>,
         window: Option<&egui::Context>,
     ) {
-        let scalar = self.scalar_of(view, window);
+        let told = self.coloring.update(view, window);
+        self.missing = None;
+        let (mut scalar, mut surface_scalar) = (view.scalar.cloned(), view.surface_scalar.cloned());
+        if scalar.is_none() && surface_scalar.is_none() {
+            match told {
+                Told::Nothing => {}
+                Told::Missing(why) => self.missing = Some(why),
+                Told::Numbers(Numbers::Points(numbers)) => scalar = Some(numbers),
+                Told::Numbers(Numbers::Surfaces(numbers)) => surface_scalar = Some(numbers),
+            }
+        }
         let same_transform = self.made.transform.as_ref() == Some(view.scene);
         let same_shape = same(self.made.shape.as_ref(), view.loaded) && same_transform;
         let same_snapshot = same(self.made.snapshot.as_ref(), view.snapshot) && same_shape;
         let same_colors = Arc::ptr_eq(&self.made.colors, &view.colors) || self.made.colors == view.colors;
         // Both go into points and primitives.
         let same_hidden = self.made.hidden == *view.hidden && same_colors;
-        let same_paint = self.made.color_by == view.view.color_by
+        let same_lit = self.made.lit == view.lit;
+        let same_paint = same_lit
+            && self.made.color_by == view.view.color_by
             && same(self.made.scalar.as_ref(), scalar.as_ref())
             && same(self.made.disagrees.as_ref(), view.disagrees)
             && Arc::ptr_eq(&self.made.selected_points, view.selected_points);
         let same_marks = self.made.selection == *view.selection
             && self.made.hovered == hovered
-            && self.made.lit == view.lit
+            && same_lit
+            && self.made.draft == view.draft
             && self.made.ghosts == view.ghosts;
-        let same_surfaces = same(self.made.surface_scalar.as_ref(), view.surface_scalar);
+        let same_surfaces = same(self.made.surface_scalar.as_ref(), surface_scalar.as_ref());
         if same_snapshot && same_hidden && same_paint && same_marks && same_surfaces {
             return;
         }
@@ -198,14 +238,13 @@ impl Scene {
             self.take_shape(view);
         }
         if !same_snapshot || !same_hidden || !same_paint {
-            self.scalar = scalar.clone();
-            self.color_points(view);
+            self.color_points(view, scalar.as_deref());
         }
         if !same_snapshot || !same_hidden || !same_marks {
             self.take_primitives(view, hovered);
         }
         if !same_snapshot || !same_surfaces {
-            let paint = view.surface_scalar.map_or_else(Vec::new, |scalar| paint_of(scalar));
+            let paint = surface_scalar.as_deref().map_or_else(Vec::new, paint_of);
             self.paint.set(paint);
         }
         self.made = Made {
@@ -218,68 +257,13 @@ impl Scene {
             colors: Arc::clone(&view.colors),
             color_by: view.view.color_by,
             scalar,
-            surface_scalar: view.surface_scalar.cloned(),
+            surface_scalar,
             disagrees: view.disagrees.cloned(),
             lit: view.lit.clone(),
+            draft: view.draft,
             ghosts: view.ghosts.clone(),
             hovered,
         };
-    }
-
-    /// The numbers that the points' colours tell: for as long as new ones are
-    /// on their way, the last.
-    fn scalar_of(&mut self, view: &SceneView<'_>, window: Option<&egui::Context>) -> Option<Arc<Scalar>> {
-        if let Some(scalar) = view.scalar {
-            return Some(Arc::clone(scalar));
-        }
-        let color_by = view.view.color_by;
-        let (Some(shape), Some(snapshot)) = (view.loaded, view.snapshot) else { return None };
-        let is_own = match color_by {
-            ColorBy::OwnDistance => true,
-            ColorBy::NearestDistance => false,
-            ColorBy::Cluster | ColorBy::Input | ColorBy::Plain => return None,
-        };
-        let is_known = |d: &Distances| {
-            Arc::ptr_eq(&d.shape, shape) && Arc::ptr_eq(&d.snapshot, snapshot) && d.color_by == color_by
-        };
-        // One after the other: a run that is watched makes states faster.
-        let is_busy = self.distances.as_ref().is_some_and(|d| d.result.get().is_none());
-        if !is_busy && !self.distances.as_ref().is_some_and(is_known) {
-            let result = Arc::new(OnceLock::new());
-            let (shape, snapshot, scene) = (Arc::clone(shape), Arc::clone(snapshot), *view.scene);
-            let primitives = if is_own { 1 } else { snapshot.abstraction.primitives.len() };
-            let work = {
-                let (shape, snapshot, result) =
-                    (Arc::clone(&shape), Arc::clone(&snapshot), Arc::clone(&result));
-                move || {
-                    let (points, state) = (&shape.cloud.points, &snapshot.abstraction);
-                    let scalar = if is_own {
-                        Scalar::from_zero("Error", own_distances(points, state, &scene))
-                    } else {
-                        Scalar::from_zero("To the nearest surface", nearest_distances(points, state, &scene))
-                    };
-                    result.get_or_init(|| Arc::new(scalar));
-                }
-            };
-            match window.cloned() {
-                Some(window) if shape.cloud.points.len() * primitives > QUICK_DISTANCES => {
-                    rayon::spawn(move || {
-                        work();
-                        window.request_repaint();
-                    });
-                }
-                _ => work(),
-            }
-            self.distances = Some(Distances { shape, snapshot, color_by, result });
-        }
-        let ready =
-            self.distances.as_ref().filter(|d| d.color_by == color_by && Arc::ptr_eq(&d.shape, shape));
-        let ready = ready.and_then(|d| d.result.get()).cloned();
-        // The last one stays, unless it is of other samples.
-        ready.or_else(|| {
-            let count = shape.cloud.points.len();
-            self.scalar.clone().filter(|s| self.made.color_by == color_by && s.values.len() == count)
-        })
     }
 
     fn take_shape(&mut self, view: &SceneView<'_>) {
@@ -300,31 +284,35 @@ impl Scene {
         });
     }
 
-    fn color_points(&mut self, view: &SceneView<'_>) {
+    fn color_points(&mut self, view: &SceneView<'_>, scalar: Option<&Scalar>) {
         let Some(loaded) = view.loaded else { return self.colors.set(Vec::new()) };
         // Before the first state nothing is labelled.
         let labels = view.snapshot.map_or(&[][..], |s| &s.abstraction.labels);
-        let paint = match (&self.scalar, view.view.color_by) {
+        let paint = match (scalar, view.view.color_by) {
             _ if view.disagrees.is_some() => Paint::Marked(view.disagrees.map_or(&[], |d| d)),
             (Some(scalar), _) => Paint::Scalar(scalar, viridis),
             (None, ColorBy::Input) => Paint::Input,
-            (None, ColorBy::Plain) => Paint::Plain,
-            // Numbers that are not there yet.
-            (None, ColorBy::Cluster | ColorBy::OwnDistance | ColorBy::NearestDistance) => {
-                Paint::Clusters(&view.colors)
-            }
+            (None, ColorBy::Plain | ColorBy::SurfaceDistance) => Paint::Plain,
+            // Or numbers that are not there yet.
+            (None, _) if view.lit.is_empty() => Paint::Clusters(&view.colors),
+            (None, _) => Paint::Lit(&view.colors, &view.lit),
         };
-        self.colors.set(shown_colors(loaded, labels, view.hidden, view.selected_points, paint));
+        let pinned = view.snapshot.map_or(&[][..], |s| &s.abstraction.pinned);
+        self.colors.set(shown_colors(loaded, labels, view.hidden, view.selected_points, pinned, paint));
     }
 
     fn take_primitives(&mut self, view: &SceneView<'_>, hovered: Option<u32>) {
         let present = view.primitives().iter().filter(|primitive| primitive.shape.is_valid());
         let instances = present.map(|primitive| {
             let id = primitive.id;
+            let shape = view.draft.as_ref().filter(|d| d.0 == id).map_or(&primitive.shape, |d| &d.1);
+            let color = view.colors.of(id);
+            let is_aside = !view.lit.is_empty() && !view.lit.contains(&id);
+            let color = if is_aside { faded(color) } else { color };
             PrimitiveInstance {
                 id,
-                shape: view.scene.shape(&primitive.shape),
-                color: opaque(view.colors.of(id)),
+                shape: view.scene.shape(shape),
+                color: opaque(color),
                 visible: !view.hidden.contains(&id),
                 highlight: if view.lit.contains(&id) {
                     Highlight::Lit
@@ -363,14 +351,33 @@ impl Scene {
         }
     }
 
-    /// What the legend explains: its title, the range, and whether numbers lie
-    /// above it.
-    pub(super) fn legend(&self) -> Option<(&str, (f32, f32), bool)> {
-        if let Some(scalar) = &self.made.surface_scalar {
-            return Some((&scalar.title, scalar.range, scalar.exceeds_range()));
+    /// What the legend explains; `None` where colours tell no numbers.
+    pub(super) fn legend(&self) -> Option<Legend<'_>> {
+        if let Some(why) = self.missing {
+            return Some(Legend::Missing(why));
         }
-        self.scalar.as_ref().map(|s| (s.title.as_str(), s.range, s.exceeds_range()))
+        let bar = |title, unit, range, most| Some(Legend::Bar { title, unit, range, most });
+        match (&self.made.surface_scalar, &self.made.scalar) {
+            (Some(s), _) => bar(&s.title, s.unit, s.range, s.most()),
+            (None, Some(s)) => bar(&s.title, s.unit, s.range, s.most()),
+            (None, None) => None,
+        }
     }
+}
+
+/// What a legend says.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Legend<'a> {
+    Bar {
+        title: &'a str,
+        unit: Unit,
+        /// The first and the last number with a colour of its own.
+        range: (f32, f32),
+        /// The largest number.
+        most: f32,
+    },
+    /// Why there are no numbers.
+    Missing(&'static str),
 }
 
 fn paint_of(scalar: &SurfaceScalar) -> Vec<SurfacePaint> {

@@ -13,6 +13,8 @@ mod axes;
 mod frame;
 mod glide;
 mod gpu;
+mod grip;
+mod handles;
 mod legend;
 mod pointer;
 mod ruler;
@@ -21,6 +23,8 @@ mod toolbar;
 
 use glide::Glide;
 use gpu::Slot;
+use grip::Grip;
+pub(super) use handles::Handles;
 use pointer::Drawn;
 pub(super) use studio::{Shot, Studio};
 pub(super) use toolbar::show as toolbar;
@@ -38,6 +42,7 @@ pub(super) struct Viewport {
     scene: Scene,
     hovered: Option<u32>,
     drawn: Option<Drawn>,
+    grip: Option<Grip>,
     glide: Glide,
 }
 
@@ -52,6 +57,7 @@ impl Viewport {
             scene: Scene::default(),
             hovered: None,
             drawn: None,
+            grip: None,
             glide: Glide::default(),
         }
     }
@@ -65,6 +71,7 @@ impl Viewport {
             scene: Scene::default(),
             hovered: None,
             drawn: None,
+            grip: None,
             glide: Glide::default(),
         }
     }
@@ -83,7 +90,8 @@ impl Viewport {
         self.scene.update(view, self.hovered, Some(ui.ctx()));
         let camera = self.glide.camera(ui, view.camera, view.camera_jumps);
         let frame: Frame = frame::of(ui, view, &camera, rect);
-        self.point(ui, view, &response, &frame, actions);
+        let (handles, is_at_handle) = self.handle(ui, view, &response, &camera, actions);
+        self.point(ui, view, &response, &frame, is_at_handle, actions);
         match &self.slot {
             Some(slot) => {
                 let callback = slot.callback(frame, self.scene.clone());
@@ -93,16 +101,33 @@ impl Viewport {
                 ui.painter().rect_filled(rect, 0.0, ui.visuals().extreme_bg_color);
             }
         }
+        if let Some(handles) = &handles {
+            handles::paint(ui, rect, handles);
+        }
+        mark(ui, view, &frame, rect);
         self.paint_drawn(ui, rect);
         if view.loaded.is_some() {
             ruler::show(ui, view, &frame, rect);
         }
-        legend::show(ui, &self.scene, rect);
+        legend::show(ui, &self.scene, view.view, rect, actions);
         axes::show(ui, view, &camera, rect, &self.name, actions);
         if view.loaded.is_none() {
             empty(ui, view, rect);
         }
     }
+}
+
+/// A ring around the sample that is being explained.
+fn mark(ui: &Ui, view: &SceneView<'_>, frame: &Frame, rect: egui::Rect) {
+    let sample = view.marked.and_then(|i| view.loaded?.cloud.points.get(i as usize));
+    let Some(p) = sample.map(|p| view.scene.point(p)) else { return };
+    let at = frame.camera.project(glam::vec3(p.x as f32, p.y as f32, p.z as f32), frame.size_px);
+    let Some(at) = at.map(|at| rect.min + egui::vec2(at.x, at.y) / frame.pixels_per_point) else { return };
+    let palette = Palette::of(ui);
+    let painter = ui.painter().with_clip_rect(rect);
+    // Seen on dark and on light things.
+    painter.circle_stroke(at, 8.0, egui::Stroke::new(4.0, palette.overlay));
+    painter.circle_stroke(at, 8.0, egui::Stroke::new(2.0, palette.accent));
 }
 
 /// What to do when there is nothing to see.

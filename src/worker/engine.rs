@@ -8,9 +8,12 @@ use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError};
 use std::time::{Duration, Instant};
 
 use super::machine::Machine;
-use super::measure::Measurer;
+use super::measure::{Measurer, References};
 use super::pacer::Pacer;
-use super::protocol::{Activity, Cause, Command, Event, LoadedShape, Setup, Snapshot, State};
+use super::protocol::{
+    Activity, Cause, Command, Event, LoadedShape, SeedNews, SeedRequest, Setup, Snapshot, State,
+};
+use super::seeds::SeedRunner;
 use super::source::{self, Part};
 use super::trouble::{Stop, Trouble, guarded};
 use super::{Told, Wake};
@@ -60,6 +63,7 @@ pub(super) struct Engine<M> {
     events: SyncSender<Told>,
     wake: Arc<Wake>,
     measurer: Measurer,
+    seeds: SeedRunner<M>,
     cancel: Cancel,
     /// That of the last order.
     epoch: u64,
@@ -82,9 +86,11 @@ pub(super) struct Engine<M> {
 
 impl<M: Machine> Engine<M> {
     pub(super) fn new(orders: Receiver<Order>, events: SyncSender<Told>, wake: Arc<Wake>) -> Self {
+        let references = References::default();
         Self {
             orders,
-            measurer: Measurer::spawn(events.clone(), &wake),
+            measurer: Measurer::spawn(events.clone(), &wake, references.clone()),
+            seeds: SeedRunner::spawn(events.clone(), &wake, references),
             events,
             wake,
             cancel: Cancel::default(),
@@ -186,6 +192,10 @@ impl<M: Machine> Engine<M> {
             }
             Command::Estimate(states) => {
                 self.measurer.estimate(&states);
+                return;
+            }
+            Command::RunSeeds(request) => {
+                self.run_seeds(*request);
                 return;
             }
             Command::ExportCloud(path, state, colors) => {
@@ -304,6 +314,16 @@ impl<M: Machine> Engine<M> {
     fn measure(&mut self, state: &State) {
         if self.measurer.measure(state) {
             self.emit(Event::Measuring(Arc::clone(&state.snapshot)));
+        }
+    }
+
+    fn run_seeds(&mut self, request: SeedRequest) {
+        let is_same = |p: &&Present<M>| Arc::ptr_eq(&p.shape.cloud, &request.state.loaded.cloud);
+        let like = self.present.as_ref().filter(is_same).map(|p| p.machine.clone());
+        let number = request.number;
+        if !self.seeds.ask(request, like) {
+            self.emit(Event::Seeds { request: number, news: SeedNews::Over });
+            self.fail("No other seeds can be run", "the operating system gave no threads for it");
         }
     }
 

@@ -4,7 +4,7 @@
 use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel};
-use std::sync::{Arc, Weak};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
@@ -19,6 +19,31 @@ use crate::io::Shape;
 /// about one percent.
 const PROBES: usize = 4000;
 
+/// What measuring against a shape takes.
+type Prepared = Result<Arc<Reference>, String>;
+
+/// What measuring against the last shape takes, shared by those who measure;
+/// without keeping that shape.
+#[derive(Debug, Clone, Default)]
+pub(super) struct References(Arc<Mutex<Option<(Weak<Shape>, Prepared)>>>);
+
+impl References {
+    /// Prepares it on the pool's threads, unless it is there already; whoever
+    /// else asks waits meanwhile.
+    pub(super) fn of(&self, shape: &Arc<Shape>, pool: &ThreadPool) -> Prepared {
+        let mut prepared = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        match &*prepared {
+            Some((of, reference)) if std::ptr::eq(of.as_ptr(), Arc::as_ptr(shape)) => reference.clone(),
+            _ => {
+                let reference = guarded(|| pool.install(|| source::reference(shape))).and_then(|found| found);
+                let reference = reference.map(Arc::new);
+                *prepared = Some((Arc::downgrade(shape), reference.clone()));
+                reference
+            }
+        }
+    }
+}
+
 /// A state to measure, against its shape.
 struct Task {
     shape: Arc<Shape>,
@@ -29,10 +54,10 @@ impl Task {
     fn of(State { loaded, snapshot }: &State) -> Self {
         Self { shape: Arc::clone(&loaded.shape), snapshot: Arc::clone(snapshot) }
     }
+}
 
-    fn shapes(&self) -> Vec<Superquadric> {
-        self.snapshot.abstraction.primitives.iter().map(|p| p.shape).collect()
-    }
+fn shapes_of(snapshot: &Snapshot) -> Vec<Superquadric> {
+    snapshot.abstraction.primitives.iter().map(|p| p.shape).collect()
 }
 
 enum Job {
@@ -50,13 +75,13 @@ pub(super) struct Measurer {
 
 impl Measurer {
     /// Results go out as events.
-    pub(super) fn spawn(events: SyncSender<Told>, wake: &Arc<Wake>) -> Self {
+    pub(super) fn spawn(events: SyncSender<Told>, wake: &Arc<Wake>, references: References) -> Self {
         let (jobs, incoming) = channel();
         let wake = Arc::downgrade(wake);
         let started = Pools::new().map_err(|e| e.to_string()).and_then(|pools| {
             std::thread::Builder::new()
                 .name("measurer".to_owned())
-                .spawn(move || work(&incoming, &pools, &events, &wake))
+                .spawn(move || work(&incoming, &pools, &events, &wake, &references))
                 .map_err(|e| e.to_string())
         });
         if let Err(error) = &started {
@@ -100,20 +125,14 @@ impl Pools {
     }
 }
 
-/// What measuring against the last shape takes; without keeping that shape.
-#[derive(Default)]
-struct Prepared(Option<(Weak<Shape>, Result<Reference, String>)>);
-
-impl Prepared {
-    fn of(&self, shape: &Arc<Shape>) -> Option<Result<&Reference, String>> {
-        let (of, reference) = self.0.as_ref()?;
-        std::ptr::eq(of.as_ptr(), Arc::as_ptr(shape)).then(|| reference.as_ref().map_err(String::clone))
-    }
-}
-
 /// Measures until one of the two ends is gone.
-fn work(jobs: &Receiver<Job>, pools: &Pools, events: &SyncSender<Told>, wake: &Weak<Wake>) {
-    let mut prepared = Prepared::default();
+fn work(
+    jobs: &Receiver<Job>,
+    pools: &Pools,
+    events: &SyncSender<Told>,
+    wake: &Weak<Wake>,
+    references: &References,
+) {
     let mut to_measure: Option<Task> = None;
     let mut to_estimate: VecDeque<Task> = VecDeque::new();
     loop {
@@ -129,21 +148,29 @@ fn work(jobs: &Receiver<Job>, pools: &Pools, events: &SyncSender<Told>, wake: &W
             }
         }
         let Some(task) = to_measure.as_ref().or(to_estimate.front()) else { continue };
-        let Some(reference) = prepared.of(&task.shape) else {
-            let shape = Arc::clone(&task.shape);
-            let reference = guarded(|| pools.half.install(|| source::reference(&shape)));
-            prepared.0 = Some((Arc::downgrade(&shape), reference.and_then(|found| found)));
-            // That took a while: there may be a newer state by now.
+        let shape = Arc::clone(&task.shape);
+        let reference = references.of(&shape, &pools.half);
+        // That may have taken a while: there may be a newer state by now.
+        for job in jobs.try_iter() {
+            match job {
+                Job::Measure(task) => to_measure = Some(task),
+                Job::Estimate(tasks) => to_estimate = tasks.into(),
+            }
+        }
+        let is_same = |task: &Task| Arc::ptr_eq(&task.shape, &shape);
+        if !to_measure.as_ref().or(to_estimate.front()).is_some_and(is_same) {
             continue;
-        };
+        }
         let event = if let Some(task) = to_measure.take() {
-            let result =
-                reference.and_then(|reference| guarded(|| pools.half.install(|| measured(&task, reference))));
+            let result = reference.and_then(|reference| measured(&task.snapshot, &reference, &pools.half));
             Event::Measured(Arc::new(Measurement { snapshot: task.snapshot, result }))
         } else if let Some(task) = to_estimate.pop_front() {
             // Why there is none is told where the state is measured.
             let estimate = reference.ok().and_then(|reference| {
-                guarded(|| pools.one.install(|| estimate_chamfer(&task.shapes(), reference, PROBES))).ok()
+                guarded(|| {
+                    pools.one.install(|| estimate_chamfer(&shapes_of(&task.snapshot), &reference, PROBES))
+                })
+                .ok()
             });
             Event::Estimated { key: task.snapshot.key, chamfer_l1: estimate.flatten() }
         } else {
@@ -158,10 +185,16 @@ fn work(jobs: &Receiver<Job>, pools: &Pools, events: &SyncSender<Told>, wake: &W
     }
 }
 
-fn measured(task: &Task, reference: &Reference) -> Metrics {
-    let state = &task.snapshot.abstraction;
+/// What a state comes to, or why that can't be said.
+pub(super) fn measured(
+    snapshot: &Snapshot,
+    reference: &Reference,
+    pool: &ThreadPool,
+) -> Result<Metrics, String> {
+    let state = &snapshot.abstraction;
+    let shapes = shapes_of(snapshot);
     let unassigned_share = state.figures.unassigned as f64 / state.labels.len().max(1) as f64;
-    evaluate(&task.shapes(), Some(unassigned_share), reference)
+    guarded(|| pool.install(|| evaluate(&shapes, Some(unassigned_share), reference)))
 }
 
 fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, String> {

@@ -18,6 +18,7 @@ mod machine;
 mod measure;
 mod pacer;
 pub mod protocol;
+mod seeds;
 mod source;
 #[cfg(test)]
 mod tests;
@@ -26,8 +27,8 @@ mod trouble;
 use engine::{Engine, Order};
 use machine::Machine;
 pub use protocol::{
-    Activity, Cause, Command, Event, LoadedShape, Measurement, Pace, Renewed, SamplingOptions, Setup,
-    Snapshot, Source, State,
+    Activity, Cause, Command, Event, LoadedShape, Measurement, Pace, Renewed, SamplingOptions, SeedNews,
+    SeedRequest, SeedRun, Setup, Snapshot, Source, State,
 };
 pub use trouble::FAULT;
 

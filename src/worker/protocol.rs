@@ -9,7 +9,9 @@ use crate::geometry::SampleCloud;
 pub use crate::geometry::SamplingOptions;
 use crate::geometry::metrics::Metrics;
 use crate::geometry::palette::Colors;
-use crate::inference::{Abstraction, Checkpoint, Edit, MergeProposal, MergeReport, Occurrence, Params};
+use crate::inference::{
+    Abstraction, Cancel, Checkpoint, Edit, MergeProposal, MergeReport, Occurrence, Params,
+};
 use crate::io::Shape;
 
 /// Where a shape comes from.
@@ -73,6 +75,9 @@ pub enum Command {
     Estimate(Vec<State>),
     /// How fast `Run` and `MergeAll` go from step to step.
     SetPace(Pace),
+    /// Make whole runs with several seeds, besides whatever else goes on, in
+    /// place of those that were asked for before; answered by [`Event::Seeds`].
+    RunSeeds(Box<SeedRequest>),
 }
 
 impl Command {
@@ -122,7 +127,8 @@ impl Command {
             | Self::Renew { .. }
             | Self::Pause
             | Self::Reset
-            | Self::SetPace(_) => false,
+            | Self::SetPace(_)
+            | Self::RunSeeds(_) => false,
         }
     }
 }
@@ -246,6 +252,65 @@ pub struct Measurement {
     pub result: Result<Metrics, String>,
 }
 
+/// Runs that differ in nothing but their seed.
+#[derive(Debug, Clone)]
+pub struct SeedRequest {
+    /// Names the request among others.
+    pub number: u64,
+    /// What they run on: its cloud, and what is locked in it.
+    pub state: State,
+    /// Of the state's primitives: what stands for the same part gets the same.
+    pub colors: Arc<Colors>,
+    /// Of the first run; each further one has the next seed.
+    pub params: Params,
+    pub count: u32,
+    /// Stops them; what is finished stays.
+    pub cancel: Cancel,
+}
+
+impl SeedRequest {
+    pub fn seeds(&self) -> impl Iterator<Item = u64> + use<> {
+        let first = self.params.seed;
+        (0..u64::from(self.count)).map(move |i| first.wrapping_add(i))
+    }
+}
+
+/// A finished run with one of several seeds.
+#[derive(Debug)]
+pub struct SeedRun {
+    pub seed: u64,
+    /// What its states belong to.
+    pub loaded: Arc<LoadedShape>,
+    /// The state after every step, the start first; of large clouds the first
+    /// and the last only. Never empty.
+    pub states: Vec<Arc<Snapshot>>,
+    /// Of its primitives.
+    pub colors: Arc<Colors>,
+}
+
+/// How far runs with several seeds have come.
+#[derive(Debug, Clone)]
+pub enum SeedNews {
+    /// The share of the iterations that the run with this seed has made.
+    Progress {
+        seed: u64,
+        share: f32,
+    },
+    Finished(Arc<SeedRun>),
+    /// What a finished run comes to against the shape.
+    Measured {
+        seed: u64,
+        measurement: Arc<Measurement>,
+    },
+    /// No more of them can be made.
+    Failed {
+        what: String,
+        error: String,
+    },
+    /// All that was asked for was made, or was stopped.
+    Over,
+}
+
 /// What the worker is doing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Activity {
@@ -285,6 +350,11 @@ pub enum Event {
         key: u64,
         chamfer_l1: Option<f64>,
     },
+    /// How far the runs of a request have come, by its number.
+    Seeds {
+        request: u64,
+        news: SeedNews,
+    },
     /// A file was written, whole.
     Written {
         path: PathBuf,
@@ -312,6 +382,7 @@ impl Event {
             Self::Measuring(_)
             | Self::Measured(_)
             | Self::Estimated { .. }
+            | Self::Seeds { .. }
             | Self::Written { .. }
             | Self::Failed { .. } => false,
         }

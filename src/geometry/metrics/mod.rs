@@ -22,6 +22,7 @@
 
 mod body;
 mod clean;
+mod nearest;
 mod orient;
 mod reference;
 mod triangles;
@@ -37,6 +38,7 @@ use super::mesh::bounds;
 use super::neighbors::KdTree;
 use body::Body;
 
+pub use nearest::Nearest;
 pub use reference::{Reference, ReferenceError};
 
 /// How far a sample is pushed outward before it is looked for in others.

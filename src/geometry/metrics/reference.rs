@@ -7,6 +7,7 @@ use rayon::prelude::*;
 
 use super::body::{Body, inside_any};
 use super::clean::CleanMesh;
+use super::nearest::Target;
 use super::orient::Patches;
 use super::triangles::{Triangles, area, random_point, running_sum};
 use super::winding::Winding;
@@ -54,12 +55,6 @@ pub struct Reference {
     /// The volume, or why there is none.
     pub(super) volume: Result<Volume, String>,
     notes: Vec<String>,
-}
-
-#[derive(Debug, Clone)]
-enum Target {
-    Mesh(Triangles),
-    Cloud(KdTree),
 }
 
 impl Reference {
@@ -163,17 +158,8 @@ impl Reference {
     /// Mean distance of points, in the frame, to the reference; `None` for no
     /// points.
     pub(super) fn mean_distance_of(&self, points: &[Point3<f64>]) -> Option<f64> {
-        (!points.is_empty()).then(|| {
-            mean(points, |chunk| match &self.target {
-                Target::Mesh(tree) => {
-                    let mut hint = 0;
-                    chunk.iter().map(|p| tree.squared_distance(p, &mut hint).sqrt()).sum()
-                }
-                Target::Cloud(tree) => {
-                    chunk.iter().filter_map(|p| tree.nearest_one(p)).map(|(d2, _)| d2.sqrt()).sum()
-                }
-            })
-        })
+        (!points.is_empty())
+            .then(|| mean(points, |chunk| self.target.distances(chunk).filter(|d| !d.is_nan()).sum()))
     }
 }
 

@@ -7,6 +7,7 @@ use crate::geometry::palette::Colors;
 use crate::render::SceneTheme;
 use crate::session::camera::Camera;
 use crate::session::scene::SceneFromInput;
+use crate::session::seeds::Seeds;
 use crate::session::view::View;
 use crate::ui::scene::SceneView;
 use crate::ui::viewport::Shot;
@@ -18,6 +19,8 @@ use crate::worker::{LoadedShape, Snapshot};
 pub(super) struct Still {
     loaded: Option<Arc<LoadedShape>>,
     snapshot: Option<Arc<Snapshot>>,
+    history: Vec<Arc<Snapshot>>,
+    seeds: Option<Seeds>,
     colors: Arc<Colors>,
     scene: SceneFromInput,
     camera: Camera,
@@ -32,6 +35,8 @@ impl Still {
         Self {
             loaded: view.loaded.cloned(),
             snapshot: view.snapshot.cloned(),
+            history: view.history.to_vec(),
+            seeds: view.seeds.cloned(),
             colors: Arc::clone(&view.colors),
             scene: *view.scene,
             camera: *view.camera,
@@ -46,6 +51,8 @@ impl Still {
         SceneView {
             loaded: self.loaded.as_ref(),
             snapshot: self.snapshot.as_ref(),
+            history: &self.history,
+            seeds: self.seeds.as_ref(),
             colors: Arc::clone(&self.colors),
             scene: &self.scene,
             camera: &self.camera,
@@ -58,7 +65,10 @@ impl Still {
             surface_scalar: None,
             disagrees: None,
             lit: Vec::new(),
+            draft: None,
+            handles: None,
             ghosts: Vec::new(),
+            marked: None,
             is_loading: false,
         }
     }

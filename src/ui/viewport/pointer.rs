@@ -7,7 +7,7 @@ use super::Viewport;
 use crate::inference::UNASSIGNED;
 use crate::render::region::{points_within, primitives_within};
 use crate::render::{Frame, Pick, PickId, Region, picking};
-use crate::session::action::Action;
+use crate::session::action::{Action, Verb};
 use crate::session::scene::sample_of_shown;
 use crate::session::selection::Select;
 use crate::session::view::{Picks, Tool};
@@ -46,21 +46,26 @@ impl Drawn {
 }
 
 impl Viewport {
+    /// Whatever the pointer does, but for what belongs to a handle.
     pub(super) fn point(
         &mut self,
         ui: &Ui,
         view: &SceneView<'_>,
         response: &Response,
         frame: &Frame,
+        is_at_handle: bool,
         actions: &mut Vec<Action>,
     ) {
-        self.draw_around(ui, view, response, frame, actions);
+        if !is_at_handle || self.drawn.is_some() {
+            self.draw_around(ui, view, response, frame, actions);
+        }
         let rect = response.rect;
         let delta = response.drag_delta();
         if delta != egui::Vec2::ZERO {
             let pans =
                 response.dragged_by(PointerButton::Secondary) || response.dragged_by(PointerButton::Middle);
-            if response.dragged_by(PointerButton::Primary) && self.drawn.is_none() {
+            let orbits = self.drawn.is_none() && self.grip.is_none();
+            if response.dragged_by(PointerButton::Primary) && orbits {
                 let (right, up) = (f64::from(delta.x) * ORBIT_SPEED, f64::from(-delta.y) * ORBIT_SPEED);
                 actions.push(Action::Orbit { right, up });
             } else if pans {
@@ -82,6 +87,10 @@ impl Viewport {
             let factor = (-f64::from(scroll) * ZOOM_SPEED).exp() / f64::from(pinch.max(0.1));
             actions.push(Action::Zoom { cursor, factor });
         }
+        if is_at_handle {
+            self.set_hovered(ui, None);
+            return;
+        }
         let wants_pick = response.clicked() || response.double_clicked();
         if !wants_pick && (response.dragged() || !self.scene.is_quick_to_pick()) {
             self.set_hovered(ui, None);
@@ -90,6 +99,8 @@ impl Viewport {
         let pixel = (pointer - rect.min) * frame.pixels_per_point;
         let pick = picking::pick(&self.scene.pickable(), frame, glam::vec2(pixel.x, pixel.y));
         let id = pick.and_then(|pick| primitive_of(view, &pick));
+        let sample = pick.and_then(|pick| sample_of(view, &pick)).map(|i| i as u32);
+        explain(view, response, sample, pick.is_some(), actions);
         if response.double_clicked() {
             if let Some(pick) = pick {
                 let p = pick.position.as_dvec3();
@@ -195,6 +206,29 @@ impl Viewport {
             // The picture of this frame has been decided.
             ui.ctx().request_repaint();
         }
+    }
+}
+
+/// A click on a point asks for its odds, and so does the key while the pointer
+/// is over it; a click on nothing is done with them.
+fn explain(
+    view: &SceneView<'_>,
+    response: &Response,
+    sample: Option<u32>,
+    is_on_something: bool,
+    actions: &mut Vec<Action>,
+) {
+    let is_key = |action: &Action| *action == Action::Verb(Verb::ShowOdds);
+    if let (Some(_), Some(at)) = (sample, actions.iter().position(is_key)) {
+        if view.view.shows_odds {
+            actions.remove(at);
+        }
+        actions.push(Action::Explain(sample));
+    } else if response.clicked_by(PointerButton::Primary)
+        && view.view.tool == Tool::Click
+        && (sample.is_some() || !is_on_something)
+    {
+        actions.push(Action::Explain(sample));
     }
 }
 

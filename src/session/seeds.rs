@@ -1,0 +1,233 @@
+//! The same run with several seeds: what has come of it so far, best first, and
+//! taking one of them over.
+
+use std::sync::Arc;
+
+use super::messages::Level;
+use super::{Effect, Session};
+use crate::inference::{Cancel, Params};
+use crate::worker::{Command, LoadedShape, Measurement, SeedNews, SeedRequest, SeedRun, Snapshot};
+
+/// Runs that are made at a time.
+pub const SEEDS: u32 = 8;
+
+/// What the list of runs is sorted by.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum SeedOrder {
+    /// The least error first.
+    #[default]
+    Error,
+    /// The fewest primitives first.
+    Primitives,
+    Time,
+    Seed,
+}
+
+impl SeedOrder {
+    pub const ALL: [Self; 4] = [Self::Error, Self::Primitives, Self::Time, Self::Seed];
+
+    pub fn text(self) -> &'static str {
+        match self {
+            Self::Error => "Best first",
+            Self::Primitives => "Fewest first",
+            Self::Time => "Fastest first",
+            Self::Seed => "By seed",
+        }
+    }
+
+    pub fn tooltip(self) -> &'static str {
+        match self {
+            Self::Error => {
+                "The least Chamfer-L1 first, then those that are not measured yet, by their mean error. More \
+                 primitives make less error: look at K as well"
+            }
+            Self::Primitives => "The smallest number of primitives K first; of the same number the best",
+            Self::Time => "The shortest run first",
+            Self::Seed => "In the order of the seeds",
+        }
+    }
+}
+
+/// One finished run.
+#[derive(Debug, Clone)]
+pub struct SeedResult {
+    pub run: Arc<SeedRun>,
+    /// What its last state comes to, once that is known.
+    pub measurement: Option<Arc<Measurement>>,
+}
+
+impl SeedResult {
+    /// Its last state.
+    pub fn last(&self) -> Option<&Arc<Snapshot>> {
+        self.run.states.last()
+    }
+
+    /// Chamfer-L1, in units of the input's longest edge, where it was measured.
+    pub fn chamfer(&self) -> Option<f64> {
+        self.measurement.as_ref()?.result.as_ref().ok()?.chamfer_l1
+    }
+
+    /// Number of primitives.
+    pub fn primitives(&self) -> usize {
+        self.last().map_or(0, |s| s.abstraction.primitives.len())
+    }
+
+    /// Mean distance of the samples to their primitives, in input units.
+    pub fn mean_distance(&self) -> f64 {
+        self.last().map_or(f64::INFINITY, |s| s.abstraction.figures.mean_distance)
+    }
+
+    /// Sorts the better one first.
+    fn error(&self) -> (bool, f64) {
+        self.chamfer().map_or_else(|| (true, self.mean_distance()), |chamfer| (false, chamfer))
+    }
+}
+
+/// The runs of the last request.
+#[derive(Debug, Clone, Default)]
+pub struct Seeds {
+    pub order: SeedOrder,
+    request: Option<SeedRequest>,
+    is_running: bool,
+    /// Seed and share of the run that is being made.
+    progress: Option<(u64, f32)>,
+    /// In the order in which they were made.
+    results: Vec<SeedResult>,
+    /// Requests so far.
+    count: u64,
+}
+
+impl Seeds {
+    /// Whether runs, or their measurements, are still on their way.
+    pub fn is_running(&self) -> bool {
+        self.is_running
+    }
+
+    /// How many runs were asked for.
+    pub fn wanted(&self) -> usize {
+        self.request.as_ref().map_or(0, |r| r.count as usize)
+    }
+
+    /// The seed that is being run, and its share of all its iterations.
+    pub fn progress(&self) -> Option<(u64, f32)> {
+        self.progress
+    }
+
+    /// The share of all that was asked for, within [0, 1].
+    pub fn share(&self) -> f32 {
+        let part = self.progress.map_or(0.0, |(_, share)| share);
+        ((self.results.len() as f32 + part) / self.wanted().max(1) as f32).min(1.0)
+    }
+
+    /// In the order in which they were made.
+    pub fn results(&self) -> &[SeedResult] {
+        &self.results
+    }
+
+    /// In the chosen order.
+    pub fn sorted(&self) -> Vec<&SeedResult> {
+        let mut sorted: Vec<&SeedResult> = self.results.iter().collect();
+        let by_error = |a: &&SeedResult, b: &&SeedResult| {
+            let ((a_unknown, a), (b_unknown, b)) = (a.error(), b.error());
+            a_unknown.cmp(&b_unknown).then(a.total_cmp(&b))
+        };
+        sorted.sort_by(|a, b| match self.order {
+            SeedOrder::Error => by_error(a, b),
+            SeedOrder::Primitives => a.primitives().cmp(&b.primitives()).then_with(|| by_error(a, b)),
+            SeedOrder::Time => a.last().map(|s| s.elapsed).cmp(&b.last().map(|s| s.elapsed)),
+            SeedOrder::Seed => a.run.seed.cmp(&b.run.seed),
+        });
+        sorted
+    }
+
+    /// What they were made from.
+    pub fn loaded(&self) -> Option<&Arc<LoadedShape>> {
+        self.request.as_ref().map(|r| &r.state.loaded)
+    }
+
+    pub(super) fn stop(&self) {
+        if let Some(request) = &self.request {
+            request.cancel.request();
+        }
+    }
+
+    /// Forgets all.
+    pub(super) fn clear(&mut self) {
+        self.stop();
+        *self = Self { order: self.order, count: self.count, ..Self::default() };
+    }
+}
+
+impl Session {
+    /// Asks for runs with the seeds from the present one on.
+    pub(super) fn run_seeds(&mut self) -> Vec<Effect> {
+        let Some(state) = self.shown_state() else { return Vec::new() };
+        self.view.shows_seeds = true;
+        self.seeds.clear();
+        self.seeds.count += 1;
+        let request = SeedRequest {
+            number: self.seeds.count,
+            colors: self.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default(),
+            state,
+            params: self.params,
+            count: SEEDS,
+            cancel: Cancel::default(),
+        };
+        self.seeds.request = Some(request.clone());
+        self.seeds.is_running = true;
+        vec![Effect::Send(Command::RunSeeds(Box::new(request)))]
+    }
+
+    pub(super) fn stop_seeds(&mut self) {
+        self.seeds.stop();
+    }
+
+    pub(super) fn absorb_seeds(&mut self, request: u64, news: SeedNews) {
+        let seeds = &mut self.seeds;
+        if seeds.request.as_ref().is_none_or(|r| r.number != request) {
+            return;
+        }
+        match news {
+            SeedNews::Progress { seed, share } => seeds.progress = Some((seed, share)),
+            SeedNews::Finished(run) => {
+                seeds.progress = None;
+                seeds.results.push(SeedResult { run, measurement: None });
+            }
+            SeedNews::Measured { seed, measurement } => {
+                if let Some(result) = seeds.results.iter_mut().find(|r| r.run.seed == seed) {
+                    result.measurement = Some(Arc::clone(&measurement));
+                }
+                self.keep_measurement(measurement);
+            }
+            SeedNews::Failed { what, error } => self.messages.push(Level::Error, what, error),
+            SeedNews::Over => {
+                seeds.progress = None;
+                seeds.is_running = false;
+            }
+        }
+    }
+
+    /// Makes a run with another seed a branch, shown at its end. The seed
+    /// becomes the present one, so that the next start makes it again.
+    pub(super) fn take_seed(&mut self, seed: u64) -> Vec<Effect> {
+        let Some(result) = self.seeds.results.iter().find(|r| r.run.seed == seed).cloned() else {
+            return Vec::new();
+        };
+        let Some(last) = result.last() else { return Vec::new() };
+        // Taken before: it is there already.
+        let taken = self.timeline.branches().iter().find(|b| b.states.iter().any(|s| s.key == last.key));
+        if let Some(branch) = taken.map(|b| b.id) {
+            self.timeline.switch(branch);
+        } else {
+            let SeedRun { loaded, states, colors, .. } = &*result.run;
+            let name = format!("Seed {seed}");
+            self.timeline.add_beside(name, Arc::clone(loaded), states.clone(), Arc::clone(colors));
+        }
+        self.params = Params { seed, ..last.params };
+        let effects = self.show_timeline();
+        if let Some(measurement) = result.measurement {
+            self.keep_measurement(measurement);
+        }
+        effects
+    }
+}

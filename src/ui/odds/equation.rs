@@ -1,0 +1,75 @@
+//! The paper's two equations with the numbers of one table.
+
+use egui::{Frame, Label, Margin, RichText, Ui};
+
+use super::Row;
+use super::rows::{number, percent};
+use crate::inference::Explanation;
+use crate::session::Session;
+use crate::ui::theme::Palette;
+use crate::ui::widgets::{count, length};
+
+pub(super) fn show(ui: &mut Ui, session: &Session, explanation: &Explanation, row: Row<'_>) {
+    let fill = ui.visuals().extreme_bg_color;
+    Frame::new().fill(fill).corner_radius(4.0).inner_margin(Margin::symmetric(8, 6)).show(ui, |ui| {
+        ui.set_min_width(ui.available_width());
+        ui.spacing_mut().item_spacing.y = 2.0;
+        let total = explanation.new.weight + explanation.tables.iter().map(|t| t.weight).sum::<f64>();
+        let (law, terms, weight) = match row {
+            Row::Present(odds) => {
+                let terms = format!(
+                    "{} · {} · ½ = {}",
+                    count(odds.n.max(0.0) as usize),
+                    number(odds.density),
+                    number(odds.weight)
+                );
+                (format!("p(z = {}) ∝ n · N(d; 0, σ²) · ½", odds.id), terms, odds.weight)
+            }
+            Row::New(new) => {
+                let terms = format!("{} · {} = {}", new.alpha, new.p0, number(new.weight));
+                ("p(z = new) ∝ α · p0".to_owned(), terms, new.weight)
+            }
+        };
+        ui.label(RichText::new(law).strong());
+        line(ui, &terms);
+        let share = percent(row.probability());
+        line(ui, &format!("{} / {} = {share}", number(weight), number(total)))
+            .on_hover_text("The weight over the sum of all weights");
+        let weak = Palette::of(ui).weak;
+        let note = match row {
+            Row::Present(odds) if odds.n == 0.0 => {
+                "Nobody may sit down at a locked table: n counts as 0.".to_owned()
+            }
+            Row::Present(odds) => {
+                let scale = session.normalised_scale().unwrap_or(1.0);
+                format!(
+                    "d = {} and σ = {} in the file's units, × {} in the sampler's.",
+                    length(odds.distance_input),
+                    length(odds.sigma / scale),
+                    number(scale)
+                )
+            }
+            Row::New(_) => {
+                "α is the concentration, p0 the density that a new table gives to any point.".to_owned()
+            }
+        };
+        ui.add(Label::new(RichText::new(note).small().color(weak)).wrap());
+        let samples = session.loaded.as_ref().map_or(0, |l| l.cloud.points.len());
+        let alpha = explanation.new.alpha;
+        let divisor = length(samples as f64 - 1.0 + alpha);
+        ui.add(
+            Label::new(
+                RichText::new("The divisor N − 1 + α of both is left out: it cancels.").small().color(weak),
+            )
+            .wrap(),
+        )
+        .on_hover_text(format!(
+            "In the paper both are divided by N − 1 + α = {divisor}, with the N = {} samples",
+            count(samples)
+        ));
+    });
+}
+
+fn line(ui: &mut Ui, text: &str) -> egui::Response {
+    ui.add(Label::new(RichText::new(text).monospace()).wrap())
+}

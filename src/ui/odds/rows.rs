@@ -1,0 +1,162 @@
+//! The tables that a point may sit down at, one a row.
+
+use egui::{Align2, Color32, FontId, Rect, Response, Role, Sense, Ui, WidgetInfo, pos2, vec2};
+
+use super::Row;
+use crate::session::Session;
+use crate::ui::theme::{Palette, data_color, ink_on};
+use crate::ui::widgets::{count, length};
+
+/// Height of a row in logical pixels.
+const HEIGHT: f32 = 19.0;
+const SWATCH: f32 = 10.0;
+/// Right edges of the columns n, d, N and weight, from the left.
+const COLUMNS: [f32; 4] = [92.0, 146.0, 200.0, 258.0];
+const GAP: f32 = 6.0;
+
+/// The names of the columns.
+pub(super) fn header(ui: &mut Ui) {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::hover());
+    let color = Palette::of(ui).weak;
+    let font = FontId::proportional(11.0);
+    ui.painter().text(rect.left_center(), Align2::LEFT_CENTER, "Table", font.clone(), color);
+    for (right, name) in COLUMNS.into_iter().zip(["n", "d", "N(d; σ)", "weight"]) {
+        let at = pos2(rect.left() + right, rect.center().y);
+        ui.painter().text(at, Align2::RIGHT_CENTER, name, font.clone(), color);
+    }
+    let at = pos2(rect.left() + COLUMNS[3] + 2.0 * GAP, rect.center().y);
+    ui.painter().text(at, Align2::LEFT_CENTER, "odds", font, color);
+    response.on_hover_text(
+        "n: points of the table without this one\n\
+         d: radial distance to its primitive, in the file's units\n\
+         N(d; σ): density of the noise, in the sampler's unit, where the cloud's box has volume 200\n\
+         weight: n · N(d; σ) · ½, of a new table α · p0\n\
+         odds: the weight's share of all; click a row to see its terms",
+    );
+}
+
+pub(super) fn show(ui: &mut Ui, session: &Session, row: Row<'_>, is_chosen: bool) -> Response {
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click());
+    let [name, n, d, density, weight] = match row {
+        Row::Present(odds) => [
+            format!("{}", odds.id),
+            count(odds.n.max(0.0) as usize),
+            length(odds.distance_input),
+            number(odds.density),
+            number(odds.weight),
+        ],
+        Row::New(new) => {
+            ["new".to_owned(), "α".to_owned(), String::new(), "p0".to_owned(), number(new.weight)]
+        }
+    };
+    let odds = percent(row.probability());
+    let label = match row {
+        Row::Present(_) => {
+            format!("Table {name}, n {n}, distance {d}, density {density}, weight {weight}, odds {odds}")
+        }
+        Row::New(_) => format!("New table, weight {weight}, odds {odds}"),
+    };
+    response.widget_info(|| WidgetInfo::selected(Role::Button, true, is_chosen, &label));
+    if !ui.is_rect_visible(rect) {
+        return response;
+    }
+    let palette = Palette::of(ui);
+    let visuals = ui.style().interact_selectable(&response, is_chosen);
+    if is_chosen || response.hovered() || response.has_focus() {
+        ui.painter().rect_filled(rect.expand2(vec2(4.0, 0.0)), 3.0, visuals.weak_bg_fill);
+    }
+    let text = if row.probability() < 5e-4 { palette.weak } else { ui.visuals().text_color() };
+    let font = FontId::proportional(12.0);
+    let middle = rect.center().y;
+    let color = match row {
+        Row::Present(odds) => data_color(session.color_of(odds.id)),
+        Row::New(_) => palette.accent,
+    };
+    let painter = ui.painter();
+    let swatch = Rect::from_center_size(pos2(rect.left() + 0.5 * SWATCH, middle), vec2(SWATCH, SWATCH));
+    match row {
+        Row::Present(_) => painter.rect_filled(swatch, 2.0, color),
+        Row::New(_) => painter.rect_stroke(swatch, 2.0, (1.5, color), egui::StrokeKind::Inside),
+    };
+    let at = pos2(swatch.right() + GAP, middle);
+    painter.text(at, Align2::LEFT_CENTER, name, font.clone(), text);
+    for (right, value) in COLUMNS.into_iter().zip([n, d, density, weight]) {
+        painter.text(pos2(rect.left() + right, middle), Align2::RIGHT_CENTER, value, font.clone(), text);
+    }
+    bar(ui, rect, row.probability(), &odds, color, text);
+    response.on_hover_text("Click to see how its weight comes about")
+}
+
+/// The share of all weights, as a bar with its number.
+fn bar(ui: &Ui, row: Rect, share: f64, number: &str, color: Color32, text: Color32) {
+    let from = row.left() + COLUMNS[3] + 2.0 * GAP;
+    let room = Rect::from_min_max(pos2(from, row.top() + 4.0), pos2(row.right(), row.bottom() - 4.0));
+    let painter = ui.painter();
+    painter.rect_filled(room, 2.0, ui.visuals().extreme_bg_color);
+    let mut full = room;
+    full.set_width(room.width() * share.clamp(0.0, 1.0) as f32);
+    painter.rect_filled(full, 2.0, color.gamma_multiply(0.75));
+    let font = FontId::proportional(11.0);
+    let galley = painter.layout_no_wrap(number.to_owned(), font, text);
+    // Beside the bar, and over it only where there is no other room.
+    let beside = full.right() + 4.0 + galley.size().x <= room.right();
+    let x = if beside { full.right() + 4.0 } else { room.right() - 4.0 - galley.size().x };
+    let color = if beside { text } else { ink_on(color) };
+    painter.galley_with_override_text_color(pos2(x, room.center().y - 0.5 * galley.size().y), galley, color);
+}
+
+/// A small square in a primitive's colour.
+pub(super) fn swatch(ui: &mut Ui, color: [u8; 3]) {
+    let (rect, _) = ui.allocate_exact_size(vec2(SWATCH, SWATCH), Sense::hover());
+    ui.painter().rect_filled(rect, 2.0, data_color(color));
+}
+
+/// A share of 1 in percent.
+pub(super) fn percent(share: f64) -> String {
+    let p = 100.0 * share;
+    if !p.is_finite() {
+        "–".to_owned()
+    } else if p > 0.0 && p < 0.01 {
+        "< 0.01 %".to_owned()
+    } else if p < 99.995 && p > 99.0 || p < 1.0 {
+        format!("{p:.2} %")
+    } else {
+        format!("{p:.1} %")
+    }
+}
+
+/// A density or a weight with three digits.
+pub(super) fn number(value: f64) -> String {
+    let size = value.abs();
+    if size == 0.0 || !size.is_finite() {
+        return if size == 0.0 { "0".to_owned() } else { "–".to_owned() };
+    }
+    if size < 1e-30 {
+        return "≈ 0".to_owned();
+    }
+    if !(1e-3..1e5).contains(&size) {
+        return format!("{value:.1e}");
+    }
+    let before = size.log10().floor().max(0.0) as usize;
+    format!("{value:.*}", 3_usize.saturating_sub(before).max(1))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_short_and_never_lie_about_zero() {
+        assert_eq!(percent(1.0), "100.0 %");
+        assert_eq!(percent(0.9993), "99.93 %");
+        assert_eq!(percent(0.5), "50.0 %");
+        assert_eq!(percent(0.0), "0.00 %");
+        assert_eq!(percent(1e-9), "< 0.01 %");
+        assert_eq!(number(0.0), "0");
+        assert_eq!(number(1e-200), "≈ 0");
+        assert_eq!(number(139.62), "139.6");
+        for exponent in -40..40 {
+            assert!(number(1.23456 * 10_f64.powi(exponent)).chars().count() <= 7);
+        }
+    }
+}
