@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::coloring::{Coloring, Numbers, Told};
 use crate::geometry::Superquadric;
-use crate::geometry::palette::Colors;
+use crate::geometry::palette::{Colors, UNASSIGNED_COLOR};
 use crate::inference::Primitive;
 use crate::io::ShapeGeometry;
 use crate::render::colormap::viridis;
@@ -210,8 +210,10 @@ impl Scene {
         if !same_snapshot || !same_hidden || !same_paint {
             self.color_points(view, scalar.as_deref());
         }
-        if !same_snapshot || !same_hidden || !same_marks {
-            self.take_primitives(view, hovered);
+        // Where points tell numbers, no other colours should.
+        let same_tone = self.made.scalar.is_some() == scalar.is_some();
+        if !same_snapshot || !same_hidden || !same_marks || !same_tone {
+            self.take_primitives(view, hovered, scalar.is_some());
         }
         if !same_snapshot || !same_surfaces {
             let paint = surface_scalar.as_deref().map_or_else(Vec::new, paint_of);
@@ -268,14 +270,14 @@ impl Scene {
         self.colors.set(shown_colors(loaded, labels, view.hidden, view.selected_points, paint));
     }
 
-    fn take_primitives(&mut self, view: &SceneView<'_>, hovered: Option<u32>) {
+    fn take_primitives(&mut self, view: &SceneView<'_>, hovered: Option<u32>, is_grey: bool) {
         let present = view.primitives().iter().filter(|primitive| primitive.shape.is_valid());
         let instances = present.map(|primitive| {
             let id = primitive.id;
             PrimitiveInstance {
                 id,
                 shape: view.scene.shape(&primitive.shape),
-                color: opaque(view.colors.of(id)),
+                color: opaque(if is_grey { UNASSIGNED_COLOR } else { view.colors.of(id) }),
                 visible: !view.hidden.contains(&id),
                 highlight: if view.lit.contains(&id) {
                     Highlight::Lit
