@@ -47,9 +47,50 @@ fn pair(pixel: vec2<i32>, offset: vec2<i32>) -> f32 {
     return 0.5 * (depth_at(pixel + offset) + depth_at(pixel - offset));
 }
 
+// The radii, in scene units, within which parts keep the ambient light from
+// each other.
+const AMBIENT = vec3<f32>(0.022, 0.05, 0.105);
+
+// The same in pixels, for a sample of depth `d`.
+fn ambient_radii(d: f32) -> vec3<f32> {
+    let pixels = AMBIENT / max(units_per_pixel(linear_depth(d)), 1e-9);
+    return clamp(pixels, vec3<f32>(2.0), vec3<f32>(24.0, 52.0, 90.0) * frame.params.x);
+}
+
+// Between 0 and 1, from pixel to pixel as different as can be (interleaved
+// gradient noise).
+fn scatter(pixel: vec2<f32>) -> f32 {
+    return fract(52.9829189 * fract(dot(pixel, vec2<f32>(0.06711056, 0.00583715))));
+}
+
+// Mean clip depth of opposite neighbours in four directions.
+fn ring(pixel: vec2<i32>, radius: f32, turn: f32) -> vec4<f32> {
+    var found = vec4<f32>(0.0);
+    for (var k = 0; k < 4; k++) {
+        let angle = turn + f32(k) * 0.78539816;
+        found[k] = pair(pixel, vec2<i32>(round(vec2<f32>(cos(angle), sin(angle)) * radius)));
+    }
+    return found;
+}
+
+// The share of the ambient light that does not reach a sample: more, the more
+// its neighbours stand out above its plane, until they stand clear of it.
+fn occlusion(d: f32, rings: array<vec4<f32>, 3>, radii: vec3<f32>) -> f32 {
+    let z = linear_depth(d);
+    let to_steps = depth_slope(d, z) / units_per_pixel(z);
+    var sum = 0.0;
+    for (var k = 0; k < 3; k++) {
+        let step = (rings[k] - d) * to_steps / radii[k];
+        let raised = clamp(step / 0.5, vec4<f32>(0.0), vec4<f32>(1.0))
+            * (1.0 - smoothstep(vec4<f32>(0.55), vec4<f32>(1.1), step));
+        sum += dot(raised, vec4<f32>(0.25));
+    }
+    return sum / 3.0;
+}
+
 // A fixed pattern of ±½ levels of 8 bits, so that gradients show no bands.
 fn dither(pixel: vec2<f32>) -> f32 {
-    return (fract(52.9829189 * fract(dot(pixel, vec2<f32>(0.06711056, 0.00583715)))) - 0.5) / 255.0;
+    return (scatter(pixel) - 0.5) / 255.0;
 }
 
 @fragment
@@ -64,6 +105,9 @@ fn fs_main(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
         let r = max(i32(round(frame.params.x)), 1);
         let radius = vec3<i32>(r, 3 * r, 10 * r);
         var pairs = array<vec4<f32>, 3>();
+        var rings = array<vec4<f32>, 3>();
+        // Of the nearest sample: few pixels have several depths.
+        let radii = ambient_radii(max(max(depths.x, depths.y), max(depths.z, depths.w)));
         let strength = frame.params.w;
         if (strength > 0.0) {
             for (var k = 0; k < 3; k++) {
@@ -74,14 +118,20 @@ fn fs_main(@builtin(position) position: vec4<f32>) -> @location(0) vec4<f32> {
                     pair(pixel, vec2<i32>(w, 0)), pair(pixel, vec2<i32>(0, w)),
                     pair(pixel, vec2<i32>(v, v)), pair(pixel, vec2<i32>(v, -v)),
                 );
+                // Turned against each other and from pixel to pixel, so that no
+                // direction throws an image of what is near.
+                rings[k] = ring(pixel, radii[k], 0.2618 * f32(k) + 0.7854 * scatter(position.xy));
             }
         }
         for (var s = 0; s < SAMPLES; s++) {
             var color = load_color(pixel, s);
             if (depths[s] > 0.0) {
                 // Opaque, whatever alpha its coverage was made from.
-                let dark = strength * shadow(depths[s], pairs, vec3<f32>(radius));
-                color = vec4<f32>(color.rgb * (1.0 - clamp(dark, 0.0, 0.8)), 1.0);
+                let edges = strength * shadow(depths[s], pairs, vec3<f32>(radius));
+                let ambient = strength * 0.55 * occlusion(depths[s], rings, radii);
+                let light = (1.0 - clamp(edges, 0.0, 0.8)) * (1.0 - clamp(ambient, 0.0, 0.7));
+                // What is left comes from around, and is a little cooler.
+                color = vec4<f32>(color.rgb * mix(vec3<f32>(1.0), vec3<f32>(0.97, 0.985, 1.0), ambient) * light, 1.0);
             }
             sum += color;
         }

@@ -494,3 +494,57 @@ fn rays_and_projection_undo_each_other() {
         assert!(((b - a).length() - 1.0).abs() < 1e-3);
     }
 }
+
+/// Ghosts, painted surfaces, lit and selected ones, selected points, for the eye
+/// and by the colours that must be there.
+#[test]
+fn what_stands_out_has_its_colour() {
+    let Some(mut offscreen) = offscreen(4) else { return };
+    let grey = [120, 120, 120, 255];
+    let lit = PrimitiveInstance { highlight: Highlight::Lit, ..sphere(1, [-0.6, 0.25, 0.0], 0.28, grey) };
+    let painted = sphere(2, [0.0, 0.25, 0.0], 0.28, grey);
+    let ghost = PrimitiveInstance { ghost: true, ..sphere(1, [0.6, 0.25, 0.0], 0.28, grey) };
+    set_primitives(&mut offscreen, &[lit, painted, ghost]);
+    let vertices = superform::geometry::tessellate::Resolution::SCREEN.vertices();
+    let paint = |colors| superform::render::SurfacePaint { id: 2, colors };
+    let (renderer, device, queue) = offscreen.parts();
+    renderer.set_paint(device, queue, &[paint(vec![[0, 90, 255, 255]; vertices])]);
+    let points: Vec<[f32; 3]> = (0..12).map(|i| [-0.7 + 0.12 * i as f32, -0.4, 0.0]).collect();
+    let colors: Vec<[u8; 4]> = (0..12).map(|i| [90, 200, 90, if i % 2 == 0 { 128 } else { 255 }]).collect();
+    set_points(&mut offscreen, &points, &colors);
+    let size = [420, 260];
+    let frame = Frame { point_size: 9.0, surface_style: SurfaceStyle::Solid, ..bare(size) };
+    let picture = offscreen.render(&frame).unwrap();
+    if let Some(folder) = std::env::var_os("SUPERFORM_PICTURES") {
+        std::fs::create_dir_all(&folder).unwrap();
+        picture.save(std::path::Path::new(&folder).join("stands-out.png")).unwrap();
+    }
+    let theme = frame.theme;
+    let near = |p: &image::Rgba<u8>, c: [f32; 4], tolerance: f32| {
+        (0..3).all(|k| (f32::from(p[k]) / 255.0 - c[k]).abs() < tolerance)
+    };
+    let count = |test: &dyn Fn(&image::Rgba<u8>) -> bool,
+                 x: std::ops::Range<u32>,
+                 y: std::ops::Range<u32>| {
+        x.flat_map(|x| y.clone().map(move |y| (x, y))).filter(|&(x, y)| test(picture.get_pixel(x, y))).count()
+    };
+    let at = |x: f32, y: f32| frame.camera.project(Vec3::new(x, y, 0.0), size).unwrap();
+    let (left, right) = (at(-0.3, 0.0).x as u32, at(0.3, 0.0).x as u32);
+    let floor = at(0.0, -0.2).y as u32;
+    assert!(count(&|p| near(p, theme.lit, 0.1), 0..left, 0..floor) > 40, "an outline");
+    let blue = count(&|p| p[2] > 120 && p[0] < 110, left..right, 0..floor);
+    let area = count(&|p| p[3] > 200 && p[0].max(p[2]) > 30, left..right, 0..floor);
+    assert!(blue * 10 > area * 8 && area > 1000, "{blue} of {area} are painted");
+    let ghostly = count(&|p| p[0] > p[2].saturating_add(40), right..size[0], 0..floor);
+    assert!(ghostly > 300, "{ghostly}");
+    let chosen = count(&|p| near(p, theme.selected, 0.12), 0..size[0], floor..size[1]);
+    let others = count(&|p| p[1] > p[0].saturating_add(40), 0..size[0], floor..size[1]);
+    assert!(chosen > 100 && others > 100, "{chosen} selected, {others} not");
+    // Paint of another length, and of a shape that has changed, is none.
+    let (renderer, device, queue) = offscreen.parts();
+    renderer.set_paint(device, queue, &[paint(vec![[0, 90, 255, 255]; 3])]);
+    let plain = offscreen.render(&frame).unwrap();
+    let c = at(0.0, 0.25);
+    let p = plain.get_pixel(c.x as u32, c.y as u32);
+    assert!(p[0].abs_diff(p[2]) < 12, "{p:?}");
+}

@@ -104,7 +104,10 @@ fn a_note_goes_by_itself_but_not_under_the_pointer() {
 fn an_error_says_what_why_and_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
     let bad = file(&folder, "broken.obj", "f 1 2 3\n");
-    let mut driver = Driver::start(options(Source::File(bad.clone())), SIZE);
+    let mut driver = Driver::finished();
+    driver.key(Modifiers::COMMAND, Key::O);
+    driver.type_path(bad.to_str().unwrap());
+    driver.press("Open");
     driver.settle();
     let error = driver.session().messages.open_error().unwrap().clone();
     assert!(error.what.contains("broken.obj") && !error.why.is_empty() && !error.advice.is_empty());
@@ -253,8 +256,7 @@ fn the_window_is_as_it_was_left() {
     let shape = file(&folder, "four.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n2 1 0\n1 2 0\n0 2 1\n");
     let mut driver = Driver::start(options(Source::File(shape.clone())), SIZE);
     driver.settle();
-    driver.press("Window");
-    driver.press("Right panel");
+    driver.key(Modifiers::NONE, Key::F3);
     driver.set_light();
     driver.toggle("Live");
     driver.press("3/s");
@@ -435,7 +437,7 @@ fn the_keyboard_reaches_every_control() {
         };
         let mut wanted: BTreeSet<(String, String)> = BTreeSet::new();
         for role in CONTROLS {
-            let nodes = driver.harness.get_all_by_role(role).filter(|n| !n.accesskit_node().is_disabled());
+            let nodes = driver.harness.query_all_by_role(role).filter(|n| !n.accesskit_node().is_disabled());
             wanted.extend(nodes.map(|node| name(&node)));
         }
         assert!(wanted.len() > 30, "{}", wanted.len());

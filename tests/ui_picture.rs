@@ -57,19 +57,19 @@ fn the_viewport_shows_the_shape_and_its_layers() {
 
     let id = driver.session().primitives()[0].id;
     driver.press(&format!("Primitive {id}"));
-    driver.press("Solid");
+    driver.choose("Surface style", "Solid");
     driver.set_light();
     let light = driver.harness.render().unwrap();
     keep(&light, "window-light.png");
     assert!(light.get_pixel(4, 4).0[0] > 200 && dark.get_pixel(4, 4).0[0] < 60, "the theme is switched");
 
     driver.press(&format!("Primitive {id}"));
-    driver.toggle("Primitives");
+    driver.toggle_layer("Primitives");
     let points = driver.harness.render().unwrap();
     keep(&points, "window-points.png");
     let points = colored(&points, viewport);
     assert!(points > 500 && points < all, "{points} of {all}");
-    driver.toggle("Points");
+    driver.toggle_layer("Points");
     let nothing = driver.harness.render().unwrap();
     assert!(colored(&nothing, viewport) < points / 4, "hidden layers are not drawn");
 }

@@ -40,8 +40,10 @@ fn text_of(node: &egui_kittest::kittest::AccessKitNode<'_>) -> Option<String> {
 /// The labels of all widgets that begin so.
 fn labels(driver: &Driver, beginning: &str) -> Vec<String> {
     let found = driver.harness.query_all_by_label_contains(beginning);
-    let mut labels: Vec<String> =
-        found.filter_map(|node| text_of(&node.accesskit_node())).filter(|l| l.starts_with(beginning)).collect();
+    let mut labels: Vec<String> = found
+        .filter_map(|node| text_of(&node.accesskit_node()))
+        .filter(|l| l.starts_with(beginning))
+        .collect();
     labels.sort();
     labels.dedup();
     labels
@@ -243,7 +245,10 @@ fn the_uncertainty_is_that_of_the_last_states_or_says_why_not() {
     let most = label_entropy(&last).into_iter().fold(0.0, f32::max);
     let legend = labels(&driver, "Uncertainty over 4 states from").remove(0);
     if most > 0.0 {
-        assert!((number_after(&legend, " from 0.0000 to ") - f64::from(most)).abs() < 1e-3, "{legend}: {most}");
+        assert!(
+            (number_after(&legend, " from 0.0000 to ") - f64::from(most)).abs() < 1e-3,
+            "{legend}: {most}"
+        );
     }
     driver.press("Reset");
     driver.settle();

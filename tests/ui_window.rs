@@ -81,17 +81,21 @@ fn the_result_is_taken_home() {
 }
 
 #[test]
-fn layers_are_switched_by_their_eyes() {
+fn layers_are_switched() {
     let mut driver = Driver::finished();
     for layer in Layer::ALL {
         assert!(driver.session().view.shows(layer));
-        driver.toggle(layer.text());
+        driver.toggle_layer(layer.text());
         assert!(!driver.session().view.shows(layer), "{layer:?}");
-        driver.toggle(layer.text());
+        driver.toggle_layer(layer.text());
         assert!(driver.session().view.shows(layer), "{layer:?}");
     }
-    driver.press("Wire");
+    driver.choose("Surface style", "Wire");
     assert_eq!(driver.session().view.surface_style, superform::session::view::SurfaceStyle::Wire);
+    driver.toggle_layer("Points");
+    if driver.harness.query_by_role_and_label(ui_common::Role::Slider, "Point size").is_none() {
+        driver.press("Show");
+    }
     driver.slide("Point size", 8.0);
     assert!((driver.session().view.point_size - 8.0).abs() < 1e-3);
 }

@@ -50,6 +50,8 @@ pub struct TestNumber {
     pub threshold: Option<f64>,
     /// May be empty.
     pub unit: String,
+    /// Whether it speaks for the merge, where it decides.
+    pub is_good: Option<bool>,
     /// What it is and which side of the threshold is good, for a tooltip.
     pub meaning: String,
 }
@@ -57,7 +59,12 @@ pub struct TestNumber {
 impl TestNumber {
     fn new(name: &str, value: f64, threshold: Option<f64>, unit: &str, meaning: &str) -> Self {
         let [name, unit, meaning] = [name, unit, meaning].map(str::to_owned);
-        Self { name, value, threshold, unit, meaning }
+        Self { name, value, threshold, unit, is_good: None, meaning }
+    }
+
+    /// The same, with the side of the threshold on which it lies.
+    fn judged(self, is_good: bool) -> Self {
+        Self { is_good: Some(is_good), ..self }
     }
 }
 
@@ -222,7 +229,8 @@ impl Sampler {
                 Some(0.0),
                 unit,
                 "Error before plus price saved, less the error after; the merge is made above 0",
-            ),
+            )
+            .judged(gain > 0.0),
         ];
         Some(Judged { union, is_acceptable: gain > 0.0 && !is_off, reason, numbers })
     }
@@ -274,14 +282,16 @@ impl Sampler {
                 Some(FILL),
                 "",
                 "Volume of the two parts' boxes against the box that holds both; must not be below",
-            ),
+            )
+            .judged(measured.fill >= FILL),
             TestNumber::new(
                 "Volume fill",
                 measured.volumes,
                 Some(FILL),
                 "",
                 "Volume of the two primitives against that of the union; must not be below",
-            ),
+            )
+            .judged(measured.volumes >= FILL),
             TestNumber::new(
                 "Relative error²",
                 measured.relative,
@@ -289,7 +299,8 @@ impl Sampler {
                 "",
                 "Mean of (r/|q|)², the radial error against the distance from the centre; good below 0.005, or \
                  where it is no larger than that of the worse of the two alone",
-            ),
+            )
+            .judged(measured.relative < RELATIVE || measured.relative <= measured.worse_relative),
             TestNumber::new(
                 "Mean d²",
                 measured.mean_d2,
@@ -297,7 +308,8 @@ impl Sampler {
                 "normalised²",
                 "Mean squared radial distance; good below the limit (0.001 in the first merge pass, 0.01 later), \
                  or where it is less than that of the worse of the two alone",
-            ),
+            )
+            .judged(measured.mean_d2 < measured.limit || measured.mean_d2 < measured.worse_mean_d2),
         ];
         Some(Judged { union: pair.union(shape, &measured, reason.clone()), is_acceptable, reason, numbers })
     }

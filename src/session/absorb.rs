@@ -7,7 +7,6 @@ use super::messages::{self, Level};
 use super::timeline::Timeline;
 use super::{Effect, Session};
 use crate::geometry::SampledPart;
-use crate::inference::Occurrence;
 use crate::worker::{Activity, Cause, Command, Event, LoadedShape, Measurement, Snapshot};
 
 /// Measurements that are kept.
@@ -55,7 +54,11 @@ impl Session {
                 self.messages.dismiss_errors();
                 self.tell_written(what, path);
             }
-            Event::Failed { what, error } => self.fail(what, &error),
+            Event::Failed { what, error } => {
+                self.is_judging = false;
+                self.settle_draft();
+                self.fail(what, &error);
+            }
         }
         Vec::new()
     }
@@ -139,19 +142,12 @@ impl Session {
         } else {
             self.timeline.push(Arc::clone(&snapshot));
         }
-        for occurrence in &snapshot.occurrences {
-            if let Occurrence::Merged(report) = occurrence {
-                // The selection goes on with what it has become.
-                for id in [report.merged.0, report.merged.1] {
-                    if id != report.into && self.selection.remove(&id) {
-                        self.selection.insert(report.into);
-                    }
-                }
-            }
-        }
+        self.tell_deleted(&snapshot.occurrences);
+        self.follow_selection(&snapshot.occurrences);
         if !snapshot.occurrences.is_empty() {
             let text = messages::of_step(&snapshot);
             self.messages.push(Level::Detail, text, "");
+            self.tell_edits(&snapshot.occurrences);
             self.dismiss_answered();
         }
         if follows || snapshot.cause == Cause::Start {
@@ -166,6 +162,7 @@ impl Session {
         let present: BTreeSet<u32> = self.primitives().iter().map(|p| p.id).collect();
         self.selection.retain(|id| present.contains(id));
         self.hidden.retain(|id| present.contains(id));
+        self.settle_draft();
     }
 
     /// The work that was asked for has succeeded: what went wrong before it

@@ -14,6 +14,7 @@ use super::scalar::Top;
 use super::scene::UpAxis;
 use super::seeds::SeedOrder;
 use super::selection::Select;
+use super::shaping::ShapeDraft;
 use super::view::{ColorBy, Layer, SurfaceStyle, ThemeChoice};
 use crate::inference::{Edit, Method, Params};
 use crate::worker::{Pace, SamplingOptions};
@@ -54,6 +55,9 @@ pub enum Action {
     SetPace(Pace),
     /// A slider was let go, or has been held still for a while.
     HandRests,
+    /// Shows what the hand makes of a primitive; the end of the gesture makes it
+    /// an edit.
+    DraftShape(ShapeDraft),
     /// The hand has let go of whatever it dragged: what comes next is another
     /// step for undo.
     EndGesture,
@@ -213,8 +217,8 @@ impl std::fmt::Display for Shortcut {
             Key::Backspace => f.write_str("Backspace"),
             Key::Delete => f.write_str("Delete"),
             Key::Enter => f.write_str("Enter"),
-            Key::Left => f.write_str("←"),
-            Key::Right => f.write_str("→"),
+            Key::Left => f.write_str("Left arrow"),
+            Key::Right => f.write_str("Right arrow"),
         }
     }
 }
@@ -301,11 +305,25 @@ verbs! {
     Redo: Edit, ctrl_shift('Z'), "Redo", "Make the change again that was taken back last";
     MergeSelected: Edit, plain(Key::Char('J')), "Merge selected",
         "Join the selected primitives in one, fitted to all their points, whatever the test says";
+    JudgeMerge: Edit, shift(Key::Char('J')), "Judge this merge…",
+        "Fit one primitive to the two selected, and show what the test says of it";
     SplitSelected: Edit, plain(Key::Char('D')), "Split", "Divide the selected primitive in two and fit both";
     DeleteSelected: Edit, plain(Key::Delete), "Delete", "Remove the selected primitives; their points stay without one";
     RefitSelected: Edit, plain(Key::Char('U')), "Refit", "Fit the selected primitive to its points anew";
     LockSelected: Edit, plain(Key::Char('K')), "Lock or unlock",
         "The sampler leaves locked primitives and their points alone, also when the run starts over";
+    DropShape: Edit, plain(Key::Escape), "Cancel the change",
+        "Give the primitive that is being dragged its shape back";
+    HandlesMove: Edit, plain(Key::Char('V')), "Move by handles",
+        "Show arrows on the selected primitive that move it; Ctrl snaps, Esc gives it back";
+    HandlesRotate: Edit, plain(Key::Char('Q')), "Rotate by handles",
+        "Show rings on the selected primitive that turn it; Ctrl snaps to 15°, Esc gives it back";
+    HandlesScale: Edit, plain(Key::Char('X')), "Scale by handles",
+        "Show knobs on the selected primitive that change its semi-axes; Ctrl snaps, Esc gives them back";
+    HandlesTaper: Edit, shift(Key::Char('T')), "Taper by handles",
+        "Show knobs at the selected primitive's top that taper it; Ctrl snaps, Esc gives it back";
+    HandlesRoundness: Edit, plain(Key::Char('O')), "Round by handles",
+        "Show knobs on the selected primitive that change its exponents ε1 and ε2; Ctrl snaps, Esc gives them back";
     NewCluster: Edit, plain(Key::Char('C')), "New cluster from points",
         "Make the selected points a cluster of their own, with a primitive fitted to them";
     BelongTogether: Edit, plain(Key::Char('G')), "These belong together",
@@ -321,7 +339,8 @@ verbs! {
         "Propose the best pair of primitives to merge, with the numbers of the test; then accept or skip it";
     AcceptMerge: Run, plain(Key::Enter), "Accept", "Make the proposed merge and look for the next";
     SkipMerge: Run, plain(Key::Char('S')), "Skip", "Leave this pair apart and look for the next";
-    DropMerge: Run, None, "Stop merging", "Leave the merge that is proposed and propose no other";
+    DropMerge: Run, plain(Key::Escape), "Stop merging",
+        "Leave the merge that is proposed and propose no other";
     MergeAll: Run, shift(Key::Char('M')), "Merge all",
         "Merge pair after pair until no pair may be merged";
     Reset: Run, plain(Key::Backspace), "Reset", "Back to the start, with the present parameters and seed";

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::action::PictureKind;
 use super::camera::{AxisView, Bounds, Camera};
+use super::gizmo::Mode;
 use super::keeping::{Opening, Parting};
 use super::messages::Level;
 use super::scalar::Top;
@@ -89,10 +90,14 @@ impl Session {
                 self.timeline.remove(id);
                 return self.show_timeline();
             }
+            Action::DraftShape(draft) => self.take_draft(draft),
+            Action::EndGesture => {
+                self.undo.end_gesture();
+                return self.end_shaping();
+            }
             Action::TakeSeed(seed) => return self.take_seed(seed),
             Action::SetSeedOrder(order) => self.seeds.order = order,
             Action::Explain(sample) => self.explain(sample),
-            Action::EndGesture => self.undo.end_gesture(),
             Action::SaveScreenshot(path) => {
                 self.window.save_folder = path.parent().map(PathBuf::from);
                 return vec![Effect::SaveScreenshot(path)];
@@ -190,8 +195,22 @@ impl Session {
             }
             Verb::StepIteration => return self.work(Command::StepIteration, Activity::Running),
             Verb::StepMerge => {
-                self.skipped.clear();
+                self.drop_proposal();
                 return self.propose(None);
+            }
+            Verb::JudgeMerge => {
+                if let [a, b] = self.selection.iter().copied().collect::<Vec<_>>()[..] {
+                    return self.propose(Some((a, b)));
+                }
+            }
+            Verb::DropShape => self.drop_draft(),
+            Verb::HandlesMove
+            | Verb::HandlesRotate
+            | Verb::HandlesScale
+            | Verb::HandlesTaper
+            | Verb::HandlesRoundness => {
+                let is_on = self.is_on(verb) == Some(true);
+                self.handles = if is_on { None } else { mode_of(verb) };
             }
             Verb::AcceptMerge => return self.accept_merge(),
             Verb::SkipMerge => return self.skip_merge(),
@@ -360,4 +379,16 @@ impl Session {
         let points = self.loaded.as_ref().map_or(&[][..], |l| &l.cloud.points);
         self.scene = SceneFromInput::fit(points, self.view.up);
     }
+}
+
+/// The handles that a verb shows.
+pub(super) fn mode_of(verb: Verb) -> Option<Mode> {
+    Some(match verb {
+        Verb::HandlesMove => Mode::Move,
+        Verb::HandlesRotate => Mode::Rotate,
+        Verb::HandlesScale => Mode::Scale,
+        Verb::HandlesTaper => Mode::Taper,
+        Verb::HandlesRoundness => Mode::Roundness,
+        _ => return None,
+    })
 }

@@ -1,5 +1,6 @@
 //! What can be asked for now, and why not.
 
+use super::apply::mode_of;
 use super::view::{Picks, ThemeChoice, Tool};
 use super::window::Panel;
 use super::{Session, Verb};
@@ -14,7 +15,7 @@ impl Session {
         // takes a blink: the buttons don't.
         let idle = matches!(self.activity, Activity::Idle | Activity::Renewing);
         let is_sampler = self.algorithm() == Algorithm::Sampler;
-        let can_edit = loaded && self.activity != Activity::Loading && is_sampler;
+        let can_edit = self.can_edit();
         match verb {
             Verb::ExportCloud | Verb::ExportPrimitives => {
                 self.snapshot.is_some() && self.activity != Activity::Writing
@@ -42,10 +43,13 @@ impl Session {
                     && self.loaded.as_ref().is_some_and(|l| l.sampling != self.sampling)
             }
             Verb::HideSelected => !self.selection.is_empty(),
-            Verb::Deselect | Verb::FrameSelection => {
-                !self.selection.is_empty() || !self.selected_points.is_empty()
+            Verb::FrameSelection => !self.selection.is_empty() || !self.selected_points.is_empty(),
+            Verb::Deselect => {
+                let is_free = self.proposal.is_none() && !self.is_shaping();
+                is_free && !(self.selection.is_empty() && self.selected_points.is_empty())
             }
-            Verb::Undo => !self.undo.done().is_empty(),
+            Verb::DropShape => self.is_shaping(),
+            Verb::Undo => !self.undo.done().is_empty() || self.can_take_back(),
             Verb::Redo => !self.undo.undone().is_empty(),
             Verb::Continue => loaded && idle && self.phase() == Some(Phase::Finished) && is_sampler,
             Verb::ContinueHere => loaded && !self.timeline.is_at_end() && self.activity != Activity::Loading,
@@ -54,9 +58,13 @@ impl Session {
             Verb::Play => !self.playback.is_playing && self.timeline.states().len() > 1,
             Verb::StopPlaying => self.playback.is_playing,
             Verb::AcceptMerge | Verb::SkipMerge | Verb::DropMerge => self.proposal.is_some(),
-            Verb::MergeSelected => can_edit && self.selection.len() > 1,
-            Verb::SplitSelected | Verb::RefitSelected => can_edit && self.selection.len() == 1,
-            Verb::DeleteSelected | Verb::LockSelected => can_edit && !self.selection.is_empty(),
+            Verb::MergeSelected => can_edit && self.selection.len() > 1 && !self.holds_locked(),
+            Verb::JudgeMerge => can_edit && idle && self.selection.len() == 2 && !self.holds_locked(),
+            Verb::SplitSelected | Verb::RefitSelected => {
+                can_edit && self.selection.len() == 1 && !self.holds_locked()
+            }
+            Verb::DeleteSelected => can_edit && !self.selection.is_empty() && !self.holds_locked(),
+            Verb::LockSelected => can_edit && !self.selection.is_empty(),
             Verb::NewCluster | Verb::BelongTogether => can_edit && !self.selected_points.is_empty(),
             Verb::ReleasePoints => {
                 can_edit && self.snapshot.as_ref().is_some_and(|s| !s.abstraction.pinned.is_empty())
@@ -76,6 +84,11 @@ impl Session {
     /// Whether a verb that switches something is on; `None` for the others.
     pub fn is_on(&self, verb: Verb) -> Option<bool> {
         match verb {
+            Verb::HandlesMove
+            | Verb::HandlesRotate
+            | Verb::HandlesScale
+            | Verb::HandlesTaper
+            | Verb::HandlesRoundness => Some(self.handles == mode_of(verb)),
             Verb::ToggleOrthographic => Some(self.camera.orthographic),
             Verb::ToggleLive => Some(self.live.is_on),
             Verb::ToggleLoop => Some(self.playback.loops),
@@ -96,6 +109,17 @@ impl Session {
         }
     }
 
+    /// Whether the shown state can be changed by hand.
+    pub fn can_edit(&self) -> bool {
+        let is_sampler = self.algorithm() == Algorithm::Sampler;
+        self.snapshot.is_some() && self.activity != Activity::Loading && is_sampler
+    }
+
+    /// Whether a locked primitive is selected.
+    fn holds_locked(&self) -> bool {
+        self.primitives().iter().any(|p| p.locked && self.selection.contains(&p.id))
+    }
+
     /// What the present run computes with.
     pub fn algorithm(&self) -> Algorithm {
         self.snapshot.as_ref().map_or(self.params.algorithm, |s| s.start.algorithm)
@@ -104,7 +128,16 @@ impl Session {
     /// Why the verb can't be had, where a person would not guess.
     pub fn why_disabled(&self, verb: Verb) -> Option<&'static str> {
         if self.algorithm() == Algorithm::Sampler {
-            return None;
+            let changes_shapes = matches!(
+                verb,
+                Verb::MergeSelected
+                    | Verb::JudgeMerge
+                    | Verb::SplitSelected
+                    | Verb::RefitSelected
+                    | Verb::DeleteSelected
+            );
+            return (changes_shapes && self.holds_locked())
+                .then_some("A locked primitive stays as it is; unlock it first");
         }
         match verb {
             Verb::StepMerge | Verb::MergeAll => {
@@ -112,6 +145,7 @@ impl Session {
             }
             Verb::Continue
             | Verb::MergeSelected
+            | Verb::JudgeMerge
             | Verb::SplitSelected
             | Verb::RefitSelected
             | Verb::DeleteSelected

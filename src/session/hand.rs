@@ -4,10 +4,11 @@
 use std::sync::Arc;
 
 use super::document::Document;
+use super::merging::MERGE;
 use super::messages::Level;
 use super::undo::{Step, Undoable};
 use super::{Action, Effect, Session, Verb};
-use crate::inference::{Edit, MergeProposal, Params};
+use crate::inference::{Edit, Params};
 use crate::io::Shape;
 use crate::worker::{Activity, Command, LoadedShape};
 
@@ -87,56 +88,6 @@ impl Session {
         effects
     }
 
-    /// Asks for a merge to be judged: that of a pair, or the best there is.
-    pub(super) fn propose(&mut self, of: Option<(u32, u32)>) -> Vec<Effect> {
-        self.timeline.branch_here();
-        let mut effects = self.sync();
-        let skipped = self.skipped.clone();
-        effects.push(Effect::Send(Command::ProposeMerge { of, skipped }));
-        effects
-    }
-
-    pub(super) fn absorb_proposal(&mut self, proposal: Option<Box<MergeProposal>>) {
-        if let Some(proposal) = &proposal {
-            self.merge_text = None;
-            // An answer that came after the state went on is of no use.
-            let present = |id| self.primitives().iter().any(|p| p.id == id);
-            if !(present(proposal.pair.0) && present(proposal.pair.1)) {
-                return;
-            }
-        } else {
-            let text = if self.skipped.is_empty() {
-                "No two primitives lie near enough to be merged."
-            } else {
-                "All other pairs have been looked at."
-            };
-            self.merge_text = Some(text.to_owned());
-            self.messages.push(Level::Detail, text, "");
-            self.skipped.clear();
-        }
-        self.proposal = proposal;
-    }
-
-    pub(super) fn accept_merge(&mut self) -> Vec<Effect> {
-        let Some(proposal) = self.proposal.take() else { return Vec::new() };
-        let skipped = std::mem::take(&mut self.skipped);
-        let mut effects = self.edit(vec![Edit::AcceptMerge { proposal }]);
-        effects.push(Effect::Send(Command::ProposeMerge { of: None, skipped: skipped.clone() }));
-        self.skipped = skipped;
-        effects
-    }
-
-    pub(super) fn skip_merge(&mut self) -> Vec<Effect> {
-        let Some(proposal) = self.proposal.take() else { return Vec::new() };
-        self.skipped.push(proposal.pair);
-        self.propose(None)
-    }
-
-    pub(super) fn drop_proposal(&mut self) {
-        self.proposal = None;
-        self.skipped.clear();
-    }
-
     /// Shows a state of the present branch; the worker stays where it is until
     /// there is something to do.
     pub(super) fn show_state_at(&mut self, index: usize) -> Vec<Effect> {
@@ -151,6 +102,7 @@ impl Session {
     pub(super) fn show_timeline(&mut self) -> Vec<Effect> {
         self.playback.is_playing = false;
         self.drop_proposal();
+        self.drop_draft();
         self.merge_text = None;
         let Some(state) = self.shown_state() else {
             self.snapshot = None;
@@ -201,7 +153,7 @@ impl Session {
                 | Verb::Deselect
                 | Verb::HideSelected
                 | Verb::ShowAll => step(verb.entry().text.trim_end_matches('…')),
-                Verb::AcceptMerge => step("Merge"),
+                Verb::AcceptMerge => step(MERGE),
                 _ => None,
             },
             Action::OpenFile(path) => {
@@ -213,6 +165,7 @@ impl Session {
             Action::SetMethod(method) => step(&format!("Choose {}", method.name())),
             Action::Edit(edit @ Edit::SetShape { .. }) => Some(Undoable::Gesture(name_of(edit))),
             Action::Edit(edit) => Some(Undoable::Step(name_of(edit))),
+            Action::EndGesture => self.drafted_edit().map(|edit| Undoable::Step(name_of(&edit))),
             Action::Select(_) | Action::ToggleSelected(_) | Action::SelectPrimitives { .. } => step("Select"),
             Action::SelectPoints { .. } => step("Select points"),
             Action::SetPrimitiveVisible(..) => step("Show or hide"),
@@ -224,6 +177,9 @@ impl Session {
     }
 
     pub(super) fn undo_step(&mut self) -> Vec<Effect> {
+        if let Some(effects) = self.take_back_decision() {
+            return effects;
+        }
         let now = self.document();
         match self.undo.undo(&now) {
             Some(step) => self.restore(&step, "Undid"),
@@ -239,7 +195,7 @@ impl Session {
         }
     }
 
-    fn restore(&mut self, step: &Step, how: &str) -> Vec<Effect> {
+    pub(super) fn restore(&mut self, step: &Step, how: &str) -> Vec<Effect> {
         self.messages.push(Level::Note, format!("{how}: {}", step.label), "");
         self.take_document(step.document.clone())
     }

@@ -21,12 +21,14 @@ pub mod camera;
 pub mod comparison;
 pub mod curves;
 pub mod document;
+mod edited;
 mod enabled;
 pub mod estimates;
 pub mod gizmo;
 mod hand;
 pub mod keeping;
 pub mod live;
+mod merging;
 pub mod messages;
 pub mod playback;
 pub mod preferences;
@@ -35,6 +37,7 @@ pub mod scalar;
 pub mod scene;
 pub mod seeds;
 pub mod selection;
+pub mod shaping;
 mod telling;
 pub mod timeline;
 pub mod undo;
@@ -53,10 +56,12 @@ use document::Document;
 use estimates::Estimates;
 use keeping::{Keeping, Opening};
 use live::Live;
+use merging::Decision;
 use messages::Messages;
 use playback::Playback;
 use scene::{SceneFromInput, UpAxis};
 use seeds::Seeds;
+use shaping::Shaping;
 use timeline::Timeline;
 use undo::Undo;
 use view::View;
@@ -140,6 +145,16 @@ pub struct Session {
     pub proposal: Option<Box<MergeProposal>>,
     /// Pairs that were passed over since the last decision to merge, by ids.
     skipped: Vec<(u32, u32)>,
+    /// What has been decided on the merges that were proposed.
+    decisions: Vec<Decision>,
+    /// What the handles on the selected primitive change, where there are any.
+    pub handles: Option<gizmo::Mode>,
+    /// A merge is being judged.
+    is_judging: bool,
+    /// The primitive under the hand.
+    shaping: Option<Shaping>,
+    /// The turns about x, y and z of the primitive, by id, that was turned last.
+    last_angles: Option<(u32, [f64; 3])>,
     /// States that were measured, the last one last.
     measured: Vec<Arc<Measurement>>,
     /// What states come to that were not measured.
@@ -188,6 +203,11 @@ impl Session {
             seeds: Seeds::default(),
             proposal: None,
             skipped: Vec::new(),
+            decisions: Vec::new(),
+            handles: None,
+            is_judging: false,
+            shaping: None,
+            last_angles: None,
             measured: Vec::new(),
             estimates: Estimates::default(),
             worker_at: None,

@@ -33,16 +33,24 @@ impl Session {
                 | Verb::PreviousState
                 | Verb::NextState
                 | Verb::LastState
+                | Verb::SavePicture
+                | Verb::SaveTurntable
         );
         let is_busy = !matches!(self.activity, Activity::Idle | Activity::Renewing);
         Some(match verb {
             Verb::Pause => "Nothing is running",
+            Verb::Deselect if self.proposal.is_some() => "Decide on the merge first",
             Verb::FrameSelection | Verb::Deselect => "Nothing is selected",
             Verb::HideSelected => "No primitive is selected",
+            Verb::StopPlaying => "Nothing is being played",
+            Verb::Play if self.playback.is_playing => "It is being played",
+            Verb::Play => "There are no steps to play",
             Verb::Undo => "Nothing was done yet",
             Verb::Redo => "Nothing was undone",
             Verb::AcceptMerge | Verb::SkipMerge | Verb::DropMerge => "No merge is proposed",
             Verb::MergeSelected => "Select two primitives or more",
+            Verb::JudgeMerge => "Select two primitives",
+            Verb::DropShape => "No primitive is being changed",
             Verb::SplitSelected | Verb::RefitSelected => "Select one primitive",
             Verb::DeleteSelected | Verb::LockSelected => "Select a primitive",
             Verb::NewCluster | Verb::BelongTogether => "Select points first",

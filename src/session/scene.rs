@@ -78,6 +78,23 @@ impl SceneFromInput {
         }
     }
 
+    /// Takes [`SceneFromInput::shape`] back.
+    pub fn shape_in_input(&self, scene: &Superquadric) -> Superquadric {
+        let turned_back = self.rotation.inverse();
+        let translation = turned_back * scene.translation / self.scale + self.center.coords;
+        Superquadric {
+            semi_axes: scene.semi_axes / self.scale,
+            rotation: turned_back * scene.rotation,
+            translation,
+            ..*scene
+        }
+    }
+
+    /// Centre of the shape's box, in input units.
+    pub fn center(&self) -> Point3<f64> {
+        self.center
+    }
+
     /// Scene units an input unit.
     pub fn scale(&self) -> f64 {
         self.scale
@@ -124,6 +141,8 @@ pub const SELECTED_ALPHA: u8 = 128;
 pub enum Paint<'a> {
     /// The primitive of each, in these colours.
     Clusters(&'a Colors),
+    /// The same, with all faded but some, by id.
+    Lit(&'a Colors, &'a [u32]),
     /// What the file says; grey where it says nothing.
     Input,
     /// Nothing.
@@ -136,13 +155,14 @@ pub enum Paint<'a> {
 
 /// The colours of the shown points, RGBA in sRGB encoding, as `paint` has it:
 /// transparent where the sample's label is among `hidden`, grey where there is
-/// nothing to tell, with [`SELECTED_ALPHA`] where the sample is `selected`
-/// (ascending indices).
+/// nothing to tell, with [`SELECTED_ALPHA`] where the sample is `selected`, dark
+/// where it is `pinned` (ascending indices, both).
 pub fn shown_colors(
     loaded: &LoadedShape,
     labels: &[u32],
     hidden: &BTreeSet<u32>,
     selected: &[u32],
+    pinned: &[u32],
     paint: Paint<'_>,
 ) -> Vec<[u8; 4]> {
     let [r, g, b] = UNASSIGNED_COLOR;
@@ -155,15 +175,22 @@ pub fn shown_colors(
         }
         match paint {
             Paint::Clusters(colors) if label != UNASSIGNED => opaque(colors.of(label)),
+            Paint::Lit(colors, lit) if lit.contains(&label) => opaque(colors.of(label)),
+            Paint::Lit(colors, _) if label != UNASSIGNED => opaque(faded(colors.of(label))),
             Paint::Scalar(scalar, map) => scalar.share(sample).map_or(unassigned, |share| opaque(map(share))),
             Paint::Plain => opaque(PLAIN_COLOR),
             Paint::Marked(marks) if marks.get(sample) == Some(&true) => opaque(MARKED_COLOR),
             Paint::Marked(_) => opaque(UNMARKED_COLOR),
-            Paint::Clusters(_) | Paint::Input => unassigned,
+            Paint::Clusters(_) | Paint::Lit(..) | Paint::Input => unassigned,
         }
     };
     let mut of_samples: Vec<[u8; 4]> =
         (0..loaded.cloud.points.len()).into_par_iter().with_min_len(1 << 14).map(color).collect();
+    for &sample in pinned {
+        if let Some([r, g, b, _]) = of_samples.get_mut(sample as usize) {
+            [*r, *g, *b] = darkened([*r, *g, *b]);
+        }
+    }
     for &sample in selected {
         if let Some(c) = of_samples.get_mut(sample as usize).filter(|c| c[3] != 0) {
             c[3] = SELECTED_ALPHA;
@@ -187,6 +214,20 @@ pub fn shown_colors(
             }
         })
         .collect()
+}
+
+/// A colour next to others that are to be looked at.
+pub fn faded(color: [u8; 3]) -> [u8; 3] {
+    mixed(color, UNASSIGNED_COLOR, 0.8)
+}
+
+/// The colour of what is pinned.
+fn darkened(color: [u8; 3]) -> [u8; 3] {
+    mixed(color, [0; 3], 0.5)
+}
+
+fn mixed(from: [u8; 3], to: [u8; 3], share: f32) -> [u8; 3] {
+    std::array::from_fn(|i| (f32::from(from[i]) * (1.0 - share) + f32::from(to[i]) * share).round() as u8)
 }
 
 #[cfg(test)]
@@ -222,6 +263,12 @@ mod tests {
         };
         let scene = SceneFromInput::fit(&cloud(), UpAxis::Z);
         let shown = scene.shape(&body);
+        let back = scene.shape_in_input(&shown);
+        assert!(
+            (back.translation - body.translation).norm() < 1e-6
+                && back.rotation.angle_to(&body.rotation) < 1e-6
+        );
+        assert!((back.semi_axes - body.semi_axes).norm() < 1e-9);
         for x in [Point3::new(1e6, 0.0, 2.0), Point3::new(1e6 + 3.0, -1.0, 1.0)] {
             let expected = body.radial_distance(&x) * scene.scale();
             assert!((shown.radial_distance(&scene.point(&x)) - expected).abs() < 1e-6);

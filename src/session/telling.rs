@@ -7,6 +7,7 @@ use super::keeping::{Opening, Parting};
 use super::messages::{Level, Message};
 use super::window::Window;
 use super::{Action, Effect, Session, Verb};
+use crate::inference::Occurrence;
 use crate::io;
 use crate::worker::{Activity, FAULT, Source};
 
@@ -45,6 +46,21 @@ impl Session {
         let text = format!("Wrote the {what} to {}", path.display());
         self.messages
             .add(Message::new(Level::Note, text).offer("Show in folder", Action::ShowInFolder(path)));
+    }
+
+    /// Says what a person has deleted, which is easily done by mistake.
+    pub(super) fn tell_deleted(&mut self, occurrences: &[Occurrence]) {
+        let deleted: Vec<String> = occurrences
+            .iter()
+            .filter_map(|o| if let Occurrence::Deleted { id, .. } = o { Some(id.to_string()) } else { None })
+            .collect();
+        let text = match &deleted[..] {
+            [] => return,
+            [one] => format!("Primitive {one} was deleted"),
+            several => format!("Primitives {} were deleted", several.join(", ")),
+        };
+        let undo = Verb::Undo;
+        self.messages.add(Message::new(Level::Note, text).offer(undo.entry().text, Action::Verb(undo)));
     }
 
     /// Opens a shape or a session, and remembers its folder.

@@ -113,6 +113,8 @@ impl Compare {
             selection: &Default::default(),
             hidden: &Default::default(),
             lit: Vec::new(),
+            draft: None,
+            handles: None,
             ghosts: Vec::new(),
             ..scene
         };

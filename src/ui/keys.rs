@@ -61,7 +61,8 @@ fn topmost(session: &Session) -> Option<Action> {
     let window = windows.into_iter().find_map(|(is_open, verb)| is_open.then_some(Action::Verb(verb)));
     let error = || session.messages.open_error().map(|error| Action::DismissError(error.number));
     let tool = || (view.tool != Tool::Click).then_some(Action::Verb(Verb::ToolClick));
-    window.or_else(error).or_else(tool)
+    let hand = || session.is_shaping().then_some(Action::Verb(Verb::DropShape));
+    window.or_else(hand).or_else(error).or_else(tool)
 }
 
 fn translate(key: egui::Key) -> Option<Key> {

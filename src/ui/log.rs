@@ -82,7 +82,7 @@ impl Log {
                             (Level::Warning, "Warnings", "Warnings and errors"),
                             (Level::Error, "Errors", "Errors only"),
                         ] {
-                            let chosen = choice(ui, self.least == level, text, 0.0);
+                            let chosen = choice(ui, self.least == level, text, 54.0);
                             if chosen.on_hover_text(tooltip).clicked() {
                                 self.least = level;
                             }

@@ -37,6 +37,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ui.separator();
             for verb in [
                 Verb::MergeSelected,
+                Verb::JudgeMerge,
                 Verb::SplitSelected,
                 Verb::RefitSelected,
                 Verb::LockSelected,
@@ -44,6 +45,18 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ] {
                 menu_item(ui, session, verb, actions);
             }
+            ui.separator();
+            ui.menu_button("Handles", |ui| {
+                for verb in [
+                    Verb::HandlesMove,
+                    Verb::HandlesRotate,
+                    Verb::HandlesScale,
+                    Verb::HandlesTaper,
+                    Verb::HandlesRoundness,
+                ] {
+                    menu_item(ui, session, verb, actions);
+                }
+            });
             ui.separator();
             for verb in [Verb::NewCluster, Verb::BelongTogether, Verb::ReleasePoints] {
                 menu_item(ui, session, verb, actions);

@@ -7,7 +7,6 @@ use std::time::Duration;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
-use crate::inference::Edit;
 use crate::session::Session;
 use crate::session::action::{Action, PictureKind};
 
@@ -27,6 +26,7 @@ mod keys;
 mod layout;
 mod log;
 mod menu;
+mod merging;
 mod odds;
 mod overlays;
 mod pictures;
@@ -50,13 +50,14 @@ use log::Log;
 use odds::OddsCard;
 use overlays::Overlays;
 use pictures::Pictures;
+use primitives::Primitives;
 use seeds::SeedStrip;
 use timeline::Timeline;
 use viewport::{Studio, Viewport};
 
 /// Below this width of the window, in logical pixels, there is room for one
 /// side panel only.
-const NARROW: f32 = 780.0;
+const NARROW: f32 = 860.0;
 
 /// A hand that holds a slider rests when nothing was moved for so many seconds
 /// and in so many frames: where frames are slow, some of a drag see no change.
@@ -72,6 +73,7 @@ pub struct Interface {
     pictures: Pictures,
     dialogs: Dialogs,
     overlays: Overlays,
+    primitives: Primitives,
     timeline: Timeline,
     compare: Compare,
     log: Log,
@@ -96,6 +98,7 @@ impl Interface {
             pictures: Pictures::new(state.map(Studio::new)),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
+            primitives: Primitives::default(),
             timeline: Timeline::default(),
             compare: Compare::default(),
             log: Log::default(),
@@ -184,7 +187,7 @@ impl Interface {
         Part::Right.show(ui, place, side, sizes, &mut actions, |ui, actions| {
             let height = ui.available_height();
             ScrollArea::vertical().id_salt("right").auto_shrink([false, false]).show(ui, |ui| {
-                primitives::show(ui, session, height, actions);
+                self.primitives.show(ui, session, height, actions);
                 widgets::follow_focus(ui);
             });
         });
@@ -196,6 +199,7 @@ impl Interface {
             self.compare.show(ui, session, &mut self.viewport, &mut actions);
             rect
         });
+        merging::show(&ctx, session, area.inner, &mut actions);
         self.odds.show(&ctx, session, area.inner, &mut actions);
         self.overlays.show(&ctx, session, area.inner, &mut actions);
         keeping::show(&ctx, session, &mut actions);
@@ -216,10 +220,7 @@ impl Interface {
     /// the keyboard changes at once.
     fn watch_gesture(&mut self, ctx: &Context, actions: &mut Vec<Action>) {
         let is_part = |action: &Action| {
-            matches!(
-                action,
-                Action::SetParams(_) | Action::SetSampling(_) | Action::Edit(Edit::SetShape { .. })
-            )
+            matches!(action, Action::SetParams(_) | Action::SetSampling(_) | Action::DraftShape(_))
         };
         self.is_in_gesture |= actions.iter().any(is_part);
         if self.is_in_gesture && !ctx.input(|i| i.pointer.any_down()) {

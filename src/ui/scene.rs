@@ -16,8 +16,9 @@ use crate::render::colormap::viridis;
 use crate::render::{Highlight, PickScene, PointIndex, PrimitiveInstance, SurfacePaint};
 use crate::session::Session;
 use crate::session::camera::Camera;
+use crate::session::gizmo::Mode;
 use crate::session::scalar::{Scalar, SurfaceScalar, Unit};
-use crate::session::scene::{Paint, SceneFromInput, shown_colors, shown_points};
+use crate::session::scene::{Paint, SceneFromInput, faded, shown_colors, shown_points};
 use crate::session::seeds::Seeds;
 use crate::session::view::{ColorBy, View};
 use crate::worker::{Activity, LoadedShape, Snapshot};
@@ -58,8 +59,12 @@ pub(super) struct SceneView<'a> {
     /// Ids of primitives that something is told about, such as a pair that may
     /// be merged.
     pub(super) lit: Vec<u32>,
+    /// The primitive, by id, that is under the hand, and its shape in input units.
+    pub(super) draft: Option<(u32, Superquadric)>,
     /// What is not there yet, in input units.
     pub(super) ghosts: Vec<Superquadric>,
+    /// The primitive, by id, that has handles, and what they change.
+    pub(super) handles: Option<(u32, Mode)>,
     /// The sample that is being explained.
     pub(super) marked: Option<u32>,
     pub(super) is_loading: bool,
@@ -86,14 +91,35 @@ impl<'a> SceneView<'a> {
             disagrees: None,
             lit: session.proposal.iter().flat_map(|p| [p.pair.0, p.pair.1]).collect(),
             ghosts: session.proposal.iter().map(|p| p.union).collect(),
+            draft: session.draft().map(|(id, shape)| (id, *shape)),
+            handles: handled(session),
             marked: session.explained.filter(|_| session.view.shows_odds),
             is_loading: session.activity == Activity::Loading,
         }
     }
 
+    /// The primitive that has handles, with its shape in input units as it is
+    /// shown.
+    pub(super) fn handled(&self) -> Option<(u32, &Superquadric, Mode)> {
+        let (id, mode) = self.handles?;
+        let primitive = self.primitives().iter().find(|p| p.id == id)?;
+        let drafted = self.draft.as_ref().filter(|draft| draft.0 == id);
+        Some((id, drafted.map_or(&primitive.shape, |draft| &draft.1), mode))
+    }
+
     pub(super) fn primitives(&self) -> &'a [Primitive] {
         self.snapshot.map_or(&[], |s| &s.abstraction.primitives)
     }
+}
+
+/// The one selected primitive, where it may be changed and is seen, and what its
+/// handles change.
+fn handled(session: &Session) -> Option<(u32, Mode)> {
+    let primitive = session.selected_primitive()?;
+    let can = session.why_fixed(primitive).is_none()
+        && !session.is_judging()
+        && !session.hidden.contains(&primitive.id);
+    session.handles.filter(|_| can).map(|mode| (primitive.id, mode))
 }
 
 /// Data with a number that changes when it does; 0 is no data.
@@ -146,6 +172,7 @@ struct Made {
     surface_scalar: Option<Arc<SurfaceScalar>>,
     disagrees: Option<Arc<[bool]>>,
     lit: Vec<u32>,
+    draft: Option<(u32, Superquadric)>,
     ghosts: Vec<Superquadric>,
     hovered: Option<u32>,
 }
@@ -192,13 +219,16 @@ impl Scene {
         let same_colors = Arc::ptr_eq(&self.made.colors, &view.colors) || self.made.colors == view.colors;
         // Both go into points and primitives.
         let same_hidden = self.made.hidden == *view.hidden && same_colors;
-        let same_paint = self.made.color_by == view.view.color_by
+        let same_lit = self.made.lit == view.lit;
+        let same_paint = same_lit
+            && self.made.color_by == view.view.color_by
             && same(self.made.scalar.as_ref(), scalar.as_ref())
             && same(self.made.disagrees.as_ref(), view.disagrees)
             && Arc::ptr_eq(&self.made.selected_points, view.selected_points);
         let same_marks = self.made.selection == *view.selection
             && self.made.hovered == hovered
-            && self.made.lit == view.lit
+            && same_lit
+            && self.made.draft == view.draft
             && self.made.ghosts == view.ghosts;
         let same_surfaces = same(self.made.surface_scalar.as_ref(), surface_scalar.as_ref());
         if same_snapshot && same_hidden && same_paint && same_marks && same_surfaces {
@@ -232,6 +262,7 @@ impl Scene {
             surface_scalar,
             disagrees: view.disagrees.cloned(),
             lit: view.lit.clone(),
+            draft: view.draft,
             ghosts: view.ghosts.clone(),
             hovered,
         };
@@ -265,19 +296,25 @@ impl Scene {
             (None, ColorBy::Input) => Paint::Input,
             (None, ColorBy::Plain | ColorBy::SurfaceDistance) => Paint::Plain,
             // Or numbers that are not there yet.
-            (None, _) => Paint::Clusters(&view.colors),
+            (None, _) if view.lit.is_empty() => Paint::Clusters(&view.colors),
+            (None, _) => Paint::Lit(&view.colors, &view.lit),
         };
-        self.colors.set(shown_colors(loaded, labels, view.hidden, view.selected_points, paint));
+        let pinned = view.snapshot.map_or(&[][..], |s| &s.abstraction.pinned);
+        self.colors.set(shown_colors(loaded, labels, view.hidden, view.selected_points, pinned, paint));
     }
 
     fn take_primitives(&mut self, view: &SceneView<'_>, hovered: Option<u32>, is_grey: bool) {
         let present = view.primitives().iter().filter(|primitive| primitive.shape.is_valid());
         let instances = present.map(|primitive| {
             let id = primitive.id;
+            let shape = view.draft.as_ref().filter(|d| d.0 == id).map_or(&primitive.shape, |d| &d.1);
+            let color = if is_grey { UNASSIGNED_COLOR } else { view.colors.of(id) };
+            let is_aside = !view.lit.is_empty() && !view.lit.contains(&id);
+            let color = if is_aside { faded(color) } else { color };
             PrimitiveInstance {
                 id,
-                shape: view.scene.shape(&primitive.shape),
-                color: opaque(if is_grey { UNASSIGNED_COLOR } else { view.colors.of(id) }),
+                shape: view.scene.shape(shape),
+                color: opaque(color),
                 visible: !view.hidden.contains(&id),
                 highlight: if view.lit.contains(&id) {
                     Highlight::Lit

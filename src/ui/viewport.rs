@@ -13,6 +13,8 @@ mod axes;
 mod frame;
 mod glide;
 mod gpu;
+mod grip;
+mod handles;
 mod legend;
 mod pointer;
 mod ruler;
@@ -21,6 +23,8 @@ mod toolbar;
 
 use glide::Glide;
 use gpu::Slot;
+use grip::Grip;
+pub(super) use handles::Handles;
 use pointer::Drawn;
 pub(super) use studio::{Shot, Studio};
 pub(super) use toolbar::show as toolbar;
@@ -38,6 +42,7 @@ pub(super) struct Viewport {
     scene: Scene,
     hovered: Option<u32>,
     drawn: Option<Drawn>,
+    grip: Option<Grip>,
     glide: Glide,
 }
 
@@ -52,6 +57,7 @@ impl Viewport {
             scene: Scene::default(),
             hovered: None,
             drawn: None,
+            grip: None,
             glide: Glide::default(),
         }
     }
@@ -65,6 +71,7 @@ impl Viewport {
             scene: Scene::default(),
             hovered: None,
             drawn: None,
+            grip: None,
             glide: Glide::default(),
         }
     }
@@ -83,7 +90,8 @@ impl Viewport {
         self.scene.update(view, self.hovered, Some(ui.ctx()));
         let camera = self.glide.camera(ui, view.camera, view.camera_jumps);
         let frame: Frame = frame::of(ui, view, &camera, rect);
-        self.point(ui, view, &response, &frame, actions);
+        let (handles, is_at_handle) = self.handle(ui, view, &response, &camera, actions);
+        self.point(ui, view, &response, &frame, is_at_handle, actions);
         match &self.slot {
             Some(slot) => {
                 let callback = slot.callback(frame, self.scene.clone());
@@ -92,6 +100,9 @@ impl Viewport {
             None => {
                 ui.painter().rect_filled(rect, 0.0, ui.visuals().extreme_bg_color);
             }
+        }
+        if let Some(handles) = &handles {
+            handles::paint(ui, rect, handles);
         }
         mark(ui, view, &frame, rect);
         self.paint_drawn(ui, rect);

@@ -151,6 +151,34 @@ impl Driver {
         self.harness.run_steps(2);
     }
 
+    /// Clicks a button while modifiers are held.
+    pub(crate) fn click_with(&mut self, button: &str, modifiers: egui::Modifiers) {
+        self.harness.get_by_role_and_label(Role::Button, button).click_modifiers(modifiers);
+        self.harness.run_steps(2);
+    }
+
+    /// Drags with the left button, with some stops on the way.
+    pub(crate) fn drag(&mut self, from: egui::Pos2, to: egui::Pos2) {
+        self.harness.hover_at(from);
+        self.harness.run_steps(1);
+        self.harness.drag_at(from);
+        self.harness.run_steps(1);
+        for i in 1..=6 {
+            self.harness.hover_at(from + (to - from) * (i as f32 / 6.0));
+            self.harness.run_steps(1);
+        }
+        self.harness.drop_at(to);
+        self.harness.run_steps(2);
+    }
+
+    /// Shows or hides a layer by its entry in the viewport's menu.
+    pub(crate) fn toggle_layer(&mut self, layer: &str) {
+        if self.harness.query_by_role_and_label(Role::CheckBox, layer).is_none() {
+            self.press("Show");
+        }
+        self.toggle(layer);
+    }
+
     pub(crate) fn shows(&self, text: &str) -> bool {
         self.harness.query_all_by_label_contains(text).next().is_some()
     }

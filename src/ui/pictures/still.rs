@@ -65,6 +65,8 @@ impl Still {
             surface_scalar: None,
             disagrees: None,
             lit: Vec::new(),
+            draft: None,
+            handles: None,
             ghosts: Vec::new(),
             marked: None,
             is_loading: false,

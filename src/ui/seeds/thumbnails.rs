@@ -114,6 +114,8 @@ impl Thumbnails {
             scalar: None,
             surface_scalar: None,
             lit: Vec::new(),
+            draft: None,
+            handles: None,
             ghosts: Vec::new(),
             marked: None,
             ..SceneView::of(session)

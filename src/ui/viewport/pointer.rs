@@ -46,21 +46,26 @@ impl Drawn {
 }
 
 impl Viewport {
+    /// Whatever the pointer does, but for what belongs to a handle.
     pub(super) fn point(
         &mut self,
         ui: &Ui,
         view: &SceneView<'_>,
         response: &Response,
         frame: &Frame,
+        is_at_handle: bool,
         actions: &mut Vec<Action>,
     ) {
-        self.draw_around(ui, view, response, frame, actions);
+        if !is_at_handle || self.drawn.is_some() {
+            self.draw_around(ui, view, response, frame, actions);
+        }
         let rect = response.rect;
         let delta = response.drag_delta();
         if delta != egui::Vec2::ZERO {
             let pans =
                 response.dragged_by(PointerButton::Secondary) || response.dragged_by(PointerButton::Middle);
-            if response.dragged_by(PointerButton::Primary) && self.drawn.is_none() {
+            let orbits = self.drawn.is_none() && self.grip.is_none();
+            if response.dragged_by(PointerButton::Primary) && orbits {
                 let (right, up) = (f64::from(delta.x) * ORBIT_SPEED, f64::from(-delta.y) * ORBIT_SPEED);
                 actions.push(Action::Orbit { right, up });
             } else if pans {
@@ -81,6 +86,10 @@ impl Viewport {
         if scroll != 0.0 || pinch != 1.0 {
             let factor = (-f64::from(scroll) * ZOOM_SPEED).exp() / f64::from(pinch.max(0.1));
             actions.push(Action::Zoom { cursor, factor });
+        }
+        if is_at_handle {
+            self.set_hovered(ui, None);
+            return;
         }
         let wants_pick = response.clicked() || response.double_clicked();
         if !wants_pick && (response.dragged() || !self.scene.is_quick_to_pick()) {

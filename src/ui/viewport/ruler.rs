@@ -35,7 +35,7 @@ fn numbers(ui: &Ui, view: &SceneView<'_>, frame: &Frame, rect: Rect) {
         return;
     }
     let painter = ui.painter().with_clip_rect(rect);
-    let color = Palette::of(ui).weak;
+    let axes = Palette::of(ui).axes;
     let inverse = 1.0 / scene.scale();
     let zero = scene.point(&Point3::origin());
     let on_screen = |p: Point3<f64>| {
@@ -58,14 +58,13 @@ fn numbers(ui: &Ui, view: &SceneView<'_>, frame: &Frame, rect: Rect) {
         let cells = [1.0, 2.0, 5.0, 10.0, 20.0].into_iter().find(|c| c * per_cell >= GAP);
         let Some(step) = cells.map(|c| cell(view) * f64::from(c)) else { continue };
         // The input's coordinate: the scene's axis is an input axis, maybe turned round.
-        let mut unit = zero;
-        unit[along] += 1.0;
-        let axis = input_axis(view, along);
-        let value = |at: f64| (at - zero[along]) * inverse * axis;
+        let (axis, sign) = input_axis(view, along);
+        let color = axes[axis].gamma_multiply(0.85);
+        let value = |at: f64| (at - zero[along]) * inverse * sign;
         let (low, high) = (value(from).min(value(to)), value(from).max(value(to)));
         let first = (low / step).ceil();
         for k in (0..MOST).map(|k| first + k as f64).take_while(|k| k * step <= high + 1e-9 * step) {
-            let at = zero[along] + k * step * scene.scale() / axis;
+            let at = zero[along] + k * step * scene.scale() / sign;
             let Some(p) = on_screen(place(at)) else { continue };
             let text = tick(k * step, step);
             painter.text(p, Align2::CENTER_CENTER, text, FontId::proportional(10.5), color);
@@ -73,18 +72,19 @@ fn numbers(ui: &Ui, view: &SceneView<'_>, frame: &Frame, rect: Rect) {
     }
 }
 
-/// 1 where the scene's axis runs as one of the input's, −1 where against it.
-fn input_axis(view: &SceneView<'_>, along: usize) -> f64 {
+/// The input's axis that an axis of the scene is, and 1 where it runs the same
+/// way or −1 where against it.
+fn input_axis(view: &SceneView<'_>, along: usize) -> (usize, f64) {
     let zero = view.scene.point(&Point3::origin());
     let step = 1.0 / view.scene.scale();
     (0..3)
         .map(|axis| {
             let mut p = Point3::origin();
             p[axis] = step;
-            (view.scene.point(&p) - zero)[along]
+            (axis, (view.scene.point(&p) - zero)[along])
         })
-        .max_by(|a, b| a.abs().total_cmp(&b.abs()))
-        .map_or(1.0, f64::signum)
+        .max_by(|a, b| a.1.abs().total_cmp(&b.1.abs()))
+        .map_or((0, 1.0), |(axis, run)| (axis, run.signum()))
 }
 
 /// A round length, as long as it is at the pivot.

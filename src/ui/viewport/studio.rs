@@ -85,16 +85,4 @@ impl Studio {
     pub(in crate::ui) fn poll(&self, capture: &Capture) -> Option<Result<image::RgbaImage, OffscreenError>> {
         capture.poll(&self.state.device)
     }
-
-    /// Takes a picture and waits for it: for small ones.
-    ///
-    /// # Errors
-    /// Where the size can't be drawn or the driver gives no picture.
-    pub(in crate::ui) fn take(
-        &mut self,
-        view: &SceneView<'_>,
-        shot: &Shot,
-    ) -> Result<image::RgbaImage, OffscreenError> {
-        self.begin(view, shot)?.wait(&self.state.device)
-    }
 }

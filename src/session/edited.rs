@@ -1,0 +1,101 @@
+//! What follows from edits for the rest of the session: what is said of them,
+//! and what is selected then.
+
+use std::sync::Arc;
+
+use super::Session;
+use super::messages::Level;
+use crate::geometry::cloud::grouped;
+use crate::inference::Occurrence;
+
+impl Session {
+    /// The selection goes on with what it has become.
+    pub(super) fn follow_selection(&mut self, occurrences: &[Occurrence]) {
+        for occurrence in occurrences {
+            match occurrence {
+                Occurrence::Merged(report) => {
+                    self.replace_selected(&[report.merged.0, report.merged.1], report.into);
+                }
+                Occurrence::Joined { ids, into } => self.replace_selected(ids, *into),
+                Occurrence::Halved { id, into } if self.selection.contains(id) => {
+                    self.selection.insert(*into);
+                }
+                // The points are what was selected before.
+                Occurrence::Created { id, .. } => {
+                    self.selection = [*id].into();
+                    self.selected_points = Arc::default();
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn replace_selected(&mut self, ids: &[u32], into: u32) {
+        for id in ids {
+            if *id != into && self.selection.remove(id) {
+                self.selection.insert(into);
+            }
+        }
+    }
+
+    /// Says what a hand has done.
+    pub(super) fn tell_edits(&mut self, occurrences: &[Occurrence]) {
+        for text in occurrences.iter().filter_map(sentence) {
+            self.messages.push(Level::Note, text, "");
+        }
+    }
+}
+
+/// What a person is told of an edit; nothing of what the sampler does, nor of
+/// what is seen at once.
+fn sentence(occurrence: &Occurrence) -> Option<String> {
+    let points = |n: usize| if n == 1 { "1 point".to_owned() } else { format!("{} points", grouped(n)) };
+    Some(match occurrence {
+        Occurrence::Refitted { id } => format!("Primitive {id} was fitted to its points"),
+        Occurrence::Locked { id } => {
+            format!("Primitive {id} is locked: the sampler leaves it and its points alone")
+        }
+        Occurrence::Unlocked { id } => format!("Primitive {id} is unlocked"),
+        Occurrence::Joined { ids, into } => {
+            let ids: Vec<String> = ids.iter().map(u32::to_string).collect();
+            let (last, first) = ids.split_last()?;
+            format!("Primitives {} and {last} became {into}", first.join(", "))
+        }
+        Occurrence::Halved { id, into } => format!("Primitive {id} was split in {id} and {into}"),
+        Occurrence::Deleted { id, points: n } => {
+            format!("Primitive {id} was deleted; {} without a primitive", is_now(*n))
+        }
+        Occurrence::Created { id, points: n } => format!("{} became primitive {id}", points(*n)),
+        Occurrence::Pinned { id, points: n } => format!("{} stay with primitive {id} now", points(*n)),
+        Occurrence::Released { points: n } => format!("{} may change their primitive again", points(*n)),
+        _ => return None,
+    })
+}
+
+fn is_now(n: usize) -> String {
+    match n {
+        0 => "no point is now".to_owned(),
+        1 => "1 point is now".to_owned(),
+        n => format!("{} points are now", grouped(n)),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn edits_are_told_in_words() {
+        let told = |occurrence: Occurrence| sentence(&occurrence).unwrap_or_default();
+        assert_eq!(told(Occurrence::Created { id: 17, points: 41 }), "41 points became primitive 17");
+        assert_eq!(
+            told(Occurrence::Joined { ids: vec![3, 5, 9], into: 5 }),
+            "Primitives 3, 5 and 9 became 5"
+        );
+        assert_eq!(
+            told(Occurrence::Deleted { id: 2, points: 1200 }),
+            "Primitive 2 was deleted; 1,200 points are now without a primitive"
+        );
+        assert_eq!(told(Occurrence::Died { id: 3 }), "");
+    }
+}

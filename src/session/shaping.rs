@@ -1,0 +1,313 @@
+//! A primitive under the hand: what is dragged is seen at once, and becomes an
+//! edit when the hand lets go, so that a drag is one state and one step for
+//! undo.
+
+use std::f64::consts::{FRAC_PI_2, PI, TAU};
+
+use nalgebra::{Point3, Rotation3, Vector3};
+
+use super::gizmo::Handle;
+use super::{Effect, Session};
+use crate::geometry::Superquadric;
+use crate::inference::{Algorithm, Edit, Primitive};
+use crate::worker::Activity;
+
+/// What the hand makes of a primitive.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShapeDraft {
+    /// Of the primitive.
+    pub id: u32,
+    /// In input units.
+    pub shape: Superquadric,
+    /// Turns about x, y and z in radians that make up the shape's rotation, where
+    /// they were set as such.
+    pub angles: Option<[f64; 3]>,
+}
+
+/// The draft that is shown in place of a primitive's shape.
+#[derive(Debug, Clone, Copy)]
+pub(super) struct Shaping {
+    id: u32,
+    shape: Superquadric,
+    /// The edit is on its way to the worker.
+    is_sent: bool,
+}
+
+/// Between which values a hand may set the parameters of a shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ShapeLimits {
+    /// Longest edge of the shape's box, in input units.
+    pub extent: f64,
+    /// Centre of that box.
+    pub center: Point3<f64>,
+}
+
+impl ShapeLimits {
+    /// Of ε1 and ε2, as fits keep them.
+    pub const EXPONENTS: (f64, f64) = Edit::EXPONENTS;
+    /// Of kx and ky, as fits keep them.
+    pub const TAPER: (f64, f64) = (-Edit::LARGEST_TAPER, Edit::LARGEST_TAPER);
+    /// Semi-axes in longest edges of the shape's box.
+    const SEMI_AXES: (f64, f64) = (1e-3, 10.0);
+    /// How far from the shape's centre a primitive's may lie, in the same.
+    const REACH: f64 = 20.0;
+
+    /// Of ax, ay and az, in input units.
+    pub fn semi_axes(&self) -> (f64, f64) {
+        let (low, high) = Self::SEMI_AXES;
+        (low * self.extent, high * self.extent)
+    }
+
+    /// Of one coordinate of t, in input units.
+    pub fn translation(&self, axis: usize) -> (f64, f64) {
+        let reach = Self::REACH * self.extent;
+        (self.center[axis] - reach, self.center[axis] + reach)
+    }
+
+    /// The nearest shape within the limits.
+    pub fn clamped(&self, shape: &Superquadric) -> Superquadric {
+        let within = |v: f64, (low, high): (f64, f64)| v.clamp(low, high);
+        Superquadric {
+            exponents: shape.exponents.map(|e| within(e, Self::EXPONENTS)),
+            semi_axes: shape.semi_axes.map(|a| within(a, self.semi_axes())),
+            rotation: shape.rotation,
+            translation: Vector3::from_fn(|axis, _| within(shape.translation[axis], self.translation(axis))),
+            taper: shape.taper.map(|k| within(k, Self::TAPER)),
+        }
+    }
+}
+
+impl Session {
+    /// The shape that is shown of a primitive: what the hand makes of it, or its
+    /// own.
+    pub fn shape_of<'a>(&'a self, primitive: &'a Primitive) -> &'a Superquadric {
+        self.draft().filter(|(id, _)| *id == primitive.id).map_or(&primitive.shape, |(_, shape)| shape)
+    }
+
+    /// The primitive that is under the hand, by id, and what that makes of it.
+    pub fn draft(&self) -> Option<(u32, &Superquadric)> {
+        self.shaping.as_ref().map(|s| (s.id, &s.shape))
+    }
+
+    /// Whether a hand is at a primitive and has not let go.
+    pub fn is_shaping(&self) -> bool {
+        self.shaping.is_some_and(|s| !s.is_sent)
+    }
+
+    /// The limits of shapes set by hand.
+    pub fn shape_limits(&self) -> ShapeLimits {
+        ShapeLimits { extent: 1.0 / self.scene.scale(), center: self.scene.center() }
+    }
+
+    /// Turns about x, then y, then z, in radians, that make up a primitive's
+    /// rotation. Of all that do, those next to the last ones, so that numbers
+    /// do not jump while the primitive is turned.
+    pub fn angles_of(&self, id: u32, rotation: &Rotation3<f64>) -> [f64; 3] {
+        let near = self.last_angles.filter(|(of, _)| *of == id).map_or([0.0; 3], |(_, angles)| angles);
+        angles_near(rotation, near)
+    }
+
+    /// Why the shape of a primitive can't be changed now.
+    pub fn why_fixed(&self, primitive: &Primitive) -> Option<&'static str> {
+        if self.activity == Activity::Loading {
+            Some("A shape is being loaded")
+        } else if self.algorithm() != Algorithm::Sampler {
+            Some("Only the sampler's states can be changed by hand; choose that method and run")
+        } else if primitive.locked {
+            Some("It is locked; unlock it to change it")
+        } else {
+            None
+        }
+    }
+
+    pub(super) fn take_draft(&mut self, ShapeDraft { id, shape, angles }: ShapeDraft) {
+        let Some(primitive) = self.primitives().iter().find(|p| p.id == id) else { return };
+        let is_finite = shape.translation.iter().chain(shape.rotation.matrix().iter()).all(|v| v.is_finite());
+        if self.why_fixed(primitive).is_some() || !is_finite {
+            return;
+        }
+        let shape = self.shape_limits().clamped(&shape);
+        if !shape.is_valid() {
+            return;
+        }
+        self.last_angles = Some((id, angles.unwrap_or_else(|| self.angles_of(id, &shape.rotation))));
+        self.drop_proposal();
+        self.shaping = Some(Shaping { id, shape, is_sent: false });
+    }
+
+    /// The edit that the hand leaves behind, if it has changed anything.
+    pub(super) fn drafted_edit(&self) -> Option<Edit> {
+        let Shaping { id, shape, is_sent: false } = self.shaping? else { return None };
+        let before = self.primitives().iter().find(|p| p.id == id)?;
+        (before.shape != shape).then_some(Edit::SetShape { id, shape })
+    }
+
+    /// The hand has let go.
+    pub(super) fn end_shaping(&mut self) -> Vec<Effect> {
+        let Some(edit) = self.drafted_edit() else {
+            self.shaping.take_if(|s| !s.is_sent);
+            return Vec::new();
+        };
+        let shaping = self.shaping;
+        let effects = self.edit(vec![edit]);
+        // Shown until the worker's answer is there.
+        self.shaping = shaping.map(|s| Shaping { is_sent: true, ..s });
+        effects
+    }
+
+    /// What is under the hand springs back.
+    pub(super) fn drop_draft(&mut self) {
+        self.shaping = None;
+    }
+
+    /// What was sent has been answered, or another state is shown, where the
+    /// primitive may be gone.
+    pub(super) fn settle_draft(&mut self) {
+        let Some(Shaping { id, is_sent, .. }) = self.shaping else { return };
+        let is_free = self.primitives().iter().any(|p| p.id == id && !p.locked);
+        if is_sent || !is_free {
+            self.shaping = None;
+        }
+    }
+}
+
+/// Angles (x, y, z) with R = Rz·Ry·Rx, of all that give R those nearest to
+/// `near`.
+fn angles_near(rotation: &Rotation3<f64>, near: [f64; 3]) -> [f64; 3] {
+    let (x, y, z) = rotation.euler_angles();
+    let mut candidates = vec![[x, y, z], [x + PI, PI - y, z + PI]];
+    if (y.abs() - FRAC_PI_2).abs() < 1e-6 {
+        // Only x ∓ z is determined.
+        let turn = near[0] - x;
+        candidates.push([near[0], y, z + turn * y.signum()]);
+    }
+    let wrap = |angle: f64, near: f64| angle + TAU * ((near - angle) / TAU).round();
+    let distance = |angles: &[f64; 3]| -> f64 { (0..3).map(|i| (angles[i] - near[i]).powi(2)).sum() };
+    candidates
+        .into_iter()
+        .map(|angles| std::array::from_fn(|i| wrap(angles[i], near[i])))
+        .min_by(|a, b| distance(a).total_cmp(&distance(b)))
+        .unwrap_or(near)
+}
+
+/// A round length of about a hundredth of `extent`: 1, 2 or 5 times a power of
+/// ten.
+pub fn round_step(extent: f64) -> f64 {
+    let wanted = 0.01 * extent;
+    let power = 10_f64.powf(wanted.log10().floor());
+    let share = wanted / power;
+    let step = if share < 1.5 {
+        1.0
+    } else if share < 3.5 {
+        2.0
+    } else if share < 7.5 {
+        5.0
+    } else {
+        10.0
+    };
+    step * power
+}
+
+/// What a drag of a handle made of `start`, in round steps: 15° for turns,
+/// `step` for lengths, 0.1 for the others.
+pub fn snapped(handle: Handle, start: &Superquadric, dragged: &Superquadric, step: f64) -> Superquadric {
+    let round = |v: f64, step: f64| (v / step).round() * step;
+    let mut shape = *dragged;
+    match handle {
+        Handle::MoveAxis(_) | Handle::MovePlane(_) | Handle::MoveFree => {
+            let local = start.rotation.inverse() * (dragged.translation - start.translation);
+            shape.translation = start.translation + start.rotation * local.map(|v| round(v, step));
+        }
+        Handle::RotateAxis(_) | Handle::RotateView => {
+            let turn = dragged.rotation * start.rotation.inverse();
+            shape.rotation = turn.axis().map_or(start.rotation, |axis| {
+                Rotation3::from_axis_angle(&axis, round(turn.angle(), PI / 12.0)) * start.rotation
+            });
+        }
+        Handle::ScaleAxis(axis) => {
+            shape.semi_axes[axis] = round(shape.semi_axes[axis], step).max(step);
+        }
+        Handle::ScaleUniform => {
+            let factor = round(dragged.semi_axes.x / start.semi_axes.x, 0.1).max(0.1);
+            shape.semi_axes = start.semi_axes * factor;
+        }
+        Handle::Taper(which) => shape.taper[which] = round(shape.taper[which], 0.1),
+        Handle::Exponent(which) => shape.exponents[which] = round(shape.exponents[which], 0.1),
+    }
+    shape
+}
+
+#[cfg(test)]
+mod tests {
+    use proptest::prelude::*;
+
+    use super::*;
+
+    fn rotation([x, y, z]: [f64; 3]) -> Rotation3<f64> {
+        Rotation3::from_euler_angles(x, y, z)
+    }
+
+    proptest! {
+        #[test]
+        fn angles_give_the_rotation_and_do_not_jump(
+            at in prop::array::uniform3(-7.0..7.0),
+            step in prop::array::uniform3(-0.02..0.02),
+        ) {
+            let next: [f64; 3] = std::array::from_fn(|i| at[i] + step[i]);
+            let found = angles_near(&rotation(next), at);
+            prop_assert!(rotation(found).angle_to(&rotation(next)) < 1e-6);
+            for i in 0..3 {
+                prop_assert!((found[i] - next[i]).abs() < 1e-6 || at[1].cos().abs() < 0.05, "{found:?}, {next:?}");
+            }
+        }
+
+        #[test]
+        fn shapes_are_brought_within_their_limits(
+            exponents in prop::array::uniform2(-3.0..5.0),
+            axes in prop::array::uniform3(-1e3..1e3),
+            center in prop::array::uniform3(-1e4..1e4),
+            taper in prop::array::uniform2(-3.0..3.0),
+        ) {
+            let limits = ShapeLimits { extent: 3.0, center: Point3::new(100.0, 0.0, -5.0) };
+            let shape = Superquadric {
+                exponents,
+                semi_axes: axes.into(),
+                rotation: Rotation3::identity(),
+                translation: center.into(),
+                taper,
+            };
+            let clamped = limits.clamped(&shape);
+            prop_assert!(clamped.is_valid());
+            prop_assert_eq!(limits.clamped(&clamped), clamped);
+        }
+    }
+
+    #[test]
+    fn steps_are_round() {
+        for (extent, step) in [(1.0, 0.01), (3.0, 0.02), (60.0, 0.5), (0.009, 1e-4)] {
+            assert!((round_step(extent) / step - 1.0).abs() < 1e-9, "{extent}: {}", round_step(extent));
+        }
+        let start = Superquadric::sphere(Point3::new(1.0, 2.0, 3.0), 1.03);
+        let mut dragged = start.moved(&Vector3::new(0.0, 0.0, 0.5), &Vector3::zeros());
+        let turned = snapped(Handle::RotateAxis(2), &start, &dragged, 0.1);
+        assert!((turned.rotation.angle() - 30_f64.to_radians()).abs() < 1e-9);
+        dragged.translation.x += 0.337;
+        let moved = snapped(Handle::MoveAxis(0), &start, &dragged, 0.1);
+        assert!((moved.translation.x - 1.3).abs() < 1e-9);
+        dragged.semi_axes.y = 1.26;
+        assert!((snapped(Handle::ScaleAxis(1), &start, &dragged, 0.1).semi_axes.y - 1.3).abs() < 1e-9);
+        dragged.taper[0] = 0.44;
+        assert!((snapped(Handle::Taper(0), &start, &dragged, 0.1).taper[0] - 0.4).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_turn_through_the_pole_goes_on() {
+        let mut angles = [0.3, 0.0, -0.4];
+        for i in 1..=300 {
+            let pitch = f64::from(i) * 0.02;
+            let set = [0.3, pitch, -0.4];
+            angles = angles_near(&rotation(set), angles);
+            assert!(rotation(angles).angle_to(&rotation(set)) < 1e-6, "{pitch}");
+        }
+    }
+}

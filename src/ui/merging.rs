@@ -1,0 +1,213 @@
+//! The merge that waits for a decision: a card over the viewport's lower edge
+//! with the pair, what the test says of it, and the buttons.
+
+use egui::{
+    Align2, Area, Context, Frame, Id, Label, Rect, Response, RichText, Role, Sense, Ui, WidgetInfo, pos2,
+    vec2,
+};
+
+use super::primitives::swatch;
+use super::theme::{self, Palette};
+use super::widgets::{primary_button, verb_button};
+use crate::inference::{MergeProposal, TestNumber};
+use crate::session::Session;
+use crate::session::action::{Action, Verb};
+
+/// Widths in logical pixels.
+const CARD: f32 = 470.0;
+const NAMES: f32 = 104.0;
+const VALUES: f32 = 136.0;
+/// From the viewport's edges.
+const MARGIN: f32 = 14.0;
+
+pub(super) fn show(ctx: &Context, session: &Session, viewport: Rect, actions: &mut Vec<Action>) {
+    if !session.is_judging() {
+        return;
+    }
+    Area::new(Id::unique("merge card"))
+        .order(egui::Order::Middle)
+        .pivot(Align2::CENTER_BOTTOM)
+        .fixed_pos(viewport.center_bottom() - vec2(0.0, MARGIN))
+        .show(ctx, |ui| {
+            Frame::popup(ui.style()).inner_margin(12.0).show(ui, |ui| {
+                ui.set_width(CARD.min(viewport.width() - 2.0 * MARGIN - 24.0));
+                match &session.proposal {
+                    Some(proposal) => card(ui, session, proposal, actions),
+                    None => {
+                        ui.horizontal(|ui| {
+                            ui.spinner();
+                            ui.label("Judging a merge…");
+                        });
+                    }
+                }
+            });
+        });
+}
+
+fn card(ui: &mut Ui, session: &Session, proposal: &MergeProposal, actions: &mut Vec<Action>) {
+    let palette = Palette::of(ui);
+    ui.horizontal(|ui| {
+        ui.label(RichText::new("Merge").heading());
+        ui.add_space(2.0);
+        for (i, id) in [proposal.pair.0, proposal.pair.1].into_iter().enumerate() {
+            if i > 0 {
+                ui.label(RichText::new("and").heading().color(palette.weak));
+            }
+            swatch(ui, session, id);
+            ui.label(RichText::new(id.to_string()).heading());
+        }
+        ui.label(RichText::new(format!("into {}", proposal.into)).heading().color(palette.weak));
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+            let (text, color) = if proposal.is_acceptable {
+                ("The test accepts it", palette.good)
+            } else {
+                ("The test refuses it", palette.error)
+            };
+            ui.label(RichText::new(text).strong().color(color)).on_hover_text(
+                "What Merge all would do with this pair under the rule in force; you may decide otherwise",
+            );
+        });
+    });
+    ui.add_space(2.0);
+    ui.add(Label::new(sentence(&proposal.reason)).wrap());
+    ui.add_space(6.0);
+    for number in &proposal.numbers {
+        row(ui, number);
+    }
+    ui.add_space(8.0);
+    ui.horizontal(|ui| {
+        let gap = ui.spacing().item_spacing.x;
+        let width = (ui.available_width() - 3.0 * gap) / 4.0;
+        primary_button(ui, session, Verb::AcceptMerge, width, actions);
+        for verb in [Verb::SkipMerge, Verb::Undo, Verb::DropMerge] {
+            verb_button(ui, session, verb, width, actions);
+        }
+    });
+}
+
+/// With a capital and a full stop.
+fn sentence(text: &str) -> String {
+    let mut letters = text.chars();
+    let first = letters.next().map(char::to_uppercase);
+    let text: String = first.into_iter().flatten().chain(letters).collect();
+    if text.ends_with('.') { text } else { format!("{text}.") }
+}
+
+/// A number of the test, as a bar against what it is held against.
+fn row(ui: &mut Ui, number: &TestNumber) {
+    let palette = Palette::of(ui);
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), theme::ROW), Sense::hover());
+    describe(&response, number);
+    let middle = rect.center().y;
+    let font = egui::FontId::proportional(13.0);
+    let painter = ui.painter().with_clip_rect(rect);
+    let name = pos2(rect.left(), middle);
+    painter.text(name, Align2::LEFT_CENTER, &number.name, font.clone(), palette.weak);
+    let color = match number.is_good {
+        Some(true) => palette.good,
+        Some(false) => palette.error,
+        None => ui.visuals().text_color(),
+    };
+    let value = pos2(rect.right() - VALUES + 8.0, middle);
+    let text = match number.threshold {
+        Some(threshold) => format!("{}, limit {}", figure(number.value), figure(threshold)),
+        None => figure(number.value),
+    };
+    painter.text(value, Align2::LEFT_CENTER, text, font, color);
+
+    let track =
+        Rect::from_x_y_ranges(rect.left() + NAMES..=rect.right() - VALUES, middle - 3.0..=middle + 3.0);
+    let (low, high) = domain(number);
+    let at = |v: f64| track.left() + track.width() * ((v - low) / (high - low)).clamp(0.0, 1.0) as f32;
+    painter.rect_filled(track, 3.0, ui.visuals().widgets.inactive.bg_fill);
+    let (from, to) = (at(0.0), at(number.value));
+    let bar = Rect::from_x_y_ranges(from.min(to)..=from.max(to).max(from.min(to) + 2.0), track.y_range());
+    let fill = if number.is_good.is_none() { palette.weak } else { color };
+    painter.rect_filled(bar, 3.0, fill);
+    if let Some(threshold) = number.threshold {
+        let x = at(threshold);
+        let mark = [pos2(x, middle - 7.0), pos2(x, middle + 7.0)];
+        painter.line_segment(mark, egui::Stroke::new(2.0, ui.visuals().strong_text_color()));
+    }
+}
+
+fn describe(response: &Response, number: &TestNumber) {
+    let held = number.threshold.map_or_else(String::new, |t| format!(", limit {}", figure(t)));
+    let verdict = match number.is_good {
+        Some(true) => ", passes",
+        Some(false) => ", fails",
+        None => "",
+    };
+    let unit = if number.unit.is_empty() { String::new() } else { format!(" {}", number.unit) };
+    let label = format!("{} {}{unit}{held}{verdict}", number.name, figure(number.value));
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, label.clone()));
+    let mut tooltip = format!("{}.", number.meaning);
+    if !number.unit.is_empty() {
+        tooltip.push_str(&format!("\nIn {}", number.unit));
+    }
+    response.clone().on_hover_text(tooltip);
+}
+
+/// What a bar spans: 0, the value and the threshold, with room at the end.
+fn domain(number: &TestNumber) -> (f64, f64) {
+    let marks =
+        [0.0, number.value, number.threshold.unwrap_or(0.0)].map(|v| if v.is_finite() { v } else { 0.0 });
+    let low = marks.iter().copied().fold(0.0, f64::min);
+    let high = marks.iter().copied().fold(0.0, f64::max);
+    let room = 0.15 * (high - low);
+    match (low < 0.0, high > 0.0) {
+        (false, false) => (0.0, 1.0),
+        (below, above) => (if below { low - room } else { 0.0 }, if above { high + room } else { room }),
+    }
+}
+
+/// Three significant digits.
+fn figure(value: f64) -> String {
+    if !value.is_finite() {
+        return "–".to_owned();
+    }
+    let size = value.abs();
+    if size == 0.0 {
+        "0".to_owned()
+    } else if (0.01..1000.0).contains(&size) {
+        let before = if size >= 1.0 { size.log10().floor() as usize + 1 } else { 0 };
+        format!("{value:.*}", 3_usize.saturating_sub(before))
+    } else {
+        format!("{value:.2e}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bars_hold_what_they_show() {
+        for (value, threshold) in
+            [(0.3, Some(0.7)), (-2.0, Some(0.0)), (0.0, None), (0.0, Some(0.0)), (f64::NAN, Some(1.0))]
+        {
+            let number = TestNumber {
+                name: String::new(),
+                value,
+                threshold,
+                unit: String::new(),
+                is_good: None,
+                meaning: String::new(),
+            };
+            let (low, high) = domain(&number);
+            assert!(low <= 0.0 && high > low && high >= 0.0);
+            for mark in [value, threshold.unwrap_or(0.0)] {
+                assert!(mark.is_nan() || (low..=high).contains(&mark), "{value} {threshold:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn figures_are_short_and_sentences_whole() {
+        assert_eq!(figure(0.7), "0.700");
+        assert_eq!(figure(12.345), "12.3");
+        assert_eq!(figure(0.0), "0");
+        assert_eq!(figure(1.5e-5), "1.50e-5");
+        assert_eq!(sentence("it fits"), "It fits.");
+    }
+}

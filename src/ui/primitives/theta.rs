@@ -1,0 +1,256 @@
+//! θ of a primitive as numbers that can be dragged and typed.
+
+use egui::{DragValue, Key, RichText, Ui, vec2};
+
+use crate::geometry::Superquadric;
+use crate::inference::Primitive;
+use crate::session::Session;
+use crate::session::action::Action;
+use crate::session::shaping::{ShapeDraft, ShapeLimits};
+use crate::ui::theme::{self, Palette};
+use crate::ui::widgets::length;
+
+/// Width of the column of labels.
+const LABELS: f32 = 78.0;
+const GAP: f32 = 4.0;
+
+/// What is seen and changed: the shape, and its rotation as the angles that
+/// make it up, in radians.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Theta {
+    shape: Superquadric,
+    angles: [f64; 3],
+}
+
+/// A line of numbers.
+#[derive(Debug, Clone, Copy)]
+enum Line {
+    Exponents,
+    SemiAxes,
+    Center,
+    Rotation,
+    Taper,
+}
+
+impl Line {
+    const ALL: [Self; 5] = [Self::Exponents, Self::SemiAxes, Self::Center, Self::Rotation, Self::Taper];
+
+    fn label(self) -> &'static str {
+        match self {
+            Self::Exponents => "Exponents ε",
+            Self::SemiAxes => "Semi-axes a",
+            Self::Center => "Centre t",
+            Self::Rotation => "Rotation R",
+            Self::Taper => "Taper k",
+        }
+    }
+
+    /// For those who can't see the line, and for tests.
+    fn names(self) -> &'static [&'static str] {
+        match self {
+            Self::Exponents => &["Exponent ε1", "Exponent ε2"],
+            Self::SemiAxes => &["Semi-axis ax", "Semi-axis ay", "Semi-axis az"],
+            Self::Center => &["Centre tx", "Centre ty", "Centre tz"],
+            Self::Rotation => &["Rotation about x", "Rotation about y", "Rotation about z"],
+            Self::Taper => &["Taper kx", "Taper ky"],
+        }
+    }
+
+    fn tooltip(self) -> &'static str {
+        match self {
+            Self::Exponents => {
+                "ε1 shapes the profile from pole to pole, ε2 the section around the equator: near 0 a box, 1 \
+                 round, near 2 an octahedron"
+            }
+            Self::SemiAxes => {
+                "ax, ay and az, half the lengths along the primitive's own axes, in the file's units"
+            }
+            Self::Center => "t, the centre, along x, y and z in the file's units",
+            Self::Rotation => {
+                "R, as turns about the file's x, then y, then z axis that bring the primitive into place, in \
+                 degrees"
+            }
+            Self::Taper => {
+                "kx and ky, by how much the section narrows or widens along the primitive's z axis: 0 for not \
+                 at all"
+            }
+        }
+    }
+
+    fn value(self, theta: &Theta, column: usize) -> f64 {
+        match self {
+            Self::Exponents => theta.shape.exponents[column],
+            Self::SemiAxes => theta.shape.semi_axes[column],
+            Self::Center => theta.shape.translation[column],
+            Self::Rotation => theta.angles[column].to_degrees(),
+            Self::Taper => theta.shape.taper[column],
+        }
+    }
+
+    fn set(self, theta: &mut Theta, column: usize, value: f64) {
+        match self {
+            Self::Exponents => theta.shape.exponents[column] = value,
+            Self::SemiAxes => theta.shape.semi_axes[column] = value,
+            Self::Center => theta.shape.translation[column] = value,
+            Self::Rotation => {
+                theta.angles[column] = value.to_radians();
+                let [x, y, z] = theta.angles;
+                theta.shape.rotation = nalgebra::Rotation3::from_euler_angles(x, y, z);
+            }
+            Self::Taper => theta.shape.taper[column] = value,
+        }
+    }
+
+    fn range(self, limits: &ShapeLimits, column: usize) -> (f64, f64) {
+        match self {
+            Self::Exponents => ShapeLimits::EXPONENTS,
+            Self::SemiAxes => limits.semi_axes(),
+            Self::Center => limits.translation(column),
+            // Any number of turns.
+            Self::Rotation => (-3600.0, 3600.0),
+            Self::Taper => ShapeLimits::TAPER,
+        }
+    }
+
+    /// Change a logical pixel of dragging.
+    fn speed(self, limits: &ShapeLimits) -> f64 {
+        match self {
+            Self::Exponents | Self::Taper => 0.005,
+            Self::SemiAxes | Self::Center => 0.002 * limits.extent,
+            Self::Rotation => 0.5,
+        }
+    }
+
+    fn text(self, value: f64) -> String {
+        match self {
+            _ if !value.is_finite() => "–".to_owned(),
+            Self::Exponents | Self::Taper => format!("{value:.3}"),
+            Self::SemiAxes | Self::Center => length(value),
+            Self::Rotation => format!("{value:.1}°"),
+        }
+    }
+}
+
+pub(super) fn show(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<Action>) {
+    let shape = *session.shape_of(primitive);
+    let before = Theta { shape, angles: session.angles_of(primitive.id, &shape.rotation) };
+    let mut theta = before;
+    let why_fixed = session.why_fixed(primitive);
+    let limits = session.shape_limits();
+    ui.spacing_mut().item_spacing.x = GAP;
+    let width = (ui.available_width() - LABELS - 3.0 * GAP) / 3.0;
+    for line in Line::ALL {
+        ui.horizontal(|ui| {
+            label(ui, line.label(), line.tooltip());
+            for (column, name) in line.names().iter().enumerate() {
+                let response = ui
+                    .add_enabled_ui(why_fixed.is_none(), |ui| {
+                        number(ui, line, column, &mut theta, &limits, width)
+                    })
+                    .inner;
+                let (low, high) = line.range(&limits, column);
+                let tooltip = if matches!(line, Line::Rotation) {
+                    line.tooltip().to_owned()
+                } else {
+                    format!("{}. From {} to {}", line.tooltip(), line.text(low), line.text(high))
+                };
+                response
+                    .accessible_name(*name)
+                    .on_hover_text(tooltip)
+                    .on_disabled_hover_text(why_fixed.unwrap_or_default());
+            }
+        });
+    }
+    ui.horizontal(|ui| {
+        let tooltip = "σ, the standard deviation of the points' radial distances, in the file's units; a refit or \
+                       an iteration draws it anew";
+        label(ui, "Noise σ", tooltip);
+        ui.label(length(primitive.sigma)).on_hover_text(tooltip);
+    });
+    // Escape gives the shape back, and the hand with it.
+    if session.is_shaping() && ui.input(|i| i.key_pressed(Key::Escape)) {
+        ui.ctx().stop_dragging();
+        return;
+    }
+    if theta != before {
+        let angles = (theta.angles != before.angles).then_some(theta.angles);
+        actions.push(Action::DraftShape(ShapeDraft { id: primitive.id, shape: theta.shape, angles }));
+    }
+}
+
+fn label(ui: &mut Ui, text: &str, tooltip: &str) {
+    let layout = egui::Layout::left_to_right(egui::Align::Center);
+    ui.allocate_ui_with_layout(vec2(LABELS, theme::ROW), layout, |ui| {
+        ui.set_min_size(vec2(LABELS, theme::ROW));
+        ui.label(RichText::new(text).color(Palette::of(ui).weak)).on_hover_text(tooltip);
+    });
+}
+
+fn number(
+    ui: &mut Ui,
+    line: Line,
+    column: usize,
+    theta: &mut Theta,
+    limits: &ShapeLimits,
+    width: f32,
+) -> egui::Response {
+    ui.spacing_mut().button_padding.x = 2.0;
+    let mut value = line.value(theta, column);
+    let (shown, unchanged) = (line.text(value), value);
+    let (low, high) = line.range(limits, column);
+    let number = DragValue::new(&mut value)
+        .range(low..=high)
+        // What fits have brought forth is not changed by being looked at.
+        .clamp_existing_to_range(false)
+        .speed(line.speed(limits))
+        .update_while_editing(false)
+        .custom_formatter(|v, _| line.text(v))
+        .custom_parser(move |text| {
+            // A number that was entered and left as it was shown keeps its digits.
+            if text == shown { Some(unchanged) } else { parse(text) }
+        });
+    let response = ui.add_sized([width, theme::ROW], number);
+    if value != unchanged {
+        line.set(theta, column, value);
+    }
+    response
+}
+
+/// A number as people type it: with a degree sign, spaces, a true minus.
+fn parse(text: &str) -> Option<f64> {
+    let text: String = text
+        .chars()
+        .filter(|c| !c.is_whitespace() && *c != '°')
+        .map(|c| match c {
+            '−' => '-',
+            ',' => '.',
+            c => c,
+        })
+        .collect();
+    text.parse().ok().filter(|v: &f64| v.is_finite())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn numbers_are_read_as_people_type_them() {
+        assert_eq!(parse(" −12,5 °"), Some(-12.5));
+        assert_eq!(parse("1e-3"), Some(1e-3));
+        assert_eq!(parse("x"), None);
+        assert_eq!(parse("inf"), None);
+    }
+
+    #[test]
+    fn every_number_is_read_where_it_is_set() {
+        let shape = Superquadric::sphere(nalgebra::Point3::origin(), 1.0);
+        for line in Line::ALL {
+            for column in 0..line.names().len() {
+                let mut theta = Theta { shape, angles: [0.0; 3] };
+                line.set(&mut theta, column, 0.25);
+                assert!((line.value(&theta, column) - 0.25).abs() < 1e-12, "{line:?} {column}");
+            }
+        }
+    }
+}

@@ -1,0 +1,128 @@
+//! Handles on the selected primitive under the pointer: what a drag of one
+//! makes of it, told in numbers.
+
+use egui::{Align2, FontId, Key, PointerButton, Pos2, Rect, Response, Ui, vec2};
+use nalgebra::Vector2;
+
+use super::Handles;
+use super::Viewport;
+use crate::geometry::Superquadric;
+use crate::session::action::Action;
+use crate::session::camera::Camera;
+use crate::session::gizmo::{Gizmo, Handle};
+use crate::session::shaping::{ShapeDraft, round_step, snapped};
+use crate::ui::scene::SceneView;
+use crate::ui::theme::Palette;
+use crate::ui::widgets::length;
+
+/// A handle that is held.
+#[derive(Debug)]
+pub(super) struct Grip {
+    id: u32,
+    handle: Handle,
+    /// Where it was taken hold of, in logical pixels of the view.
+    from: Vector2<f64>,
+    /// As it was then.
+    gizmo: Gizmo,
+    /// Escape has given the shape back; the button is still down.
+    is_given_up: bool,
+}
+
+impl Viewport {
+    /// Lets the pointer take hold of handles and drag them; what is to be drawn,
+    /// and whether the pointer belongs to a handle.
+    pub(super) fn handle(
+        &mut self,
+        ui: &Ui,
+        view: &SceneView<'_>,
+        response: &Response,
+        camera: &Camera,
+        actions: &mut Vec<Action>,
+    ) -> (Option<Handles>, bool) {
+        let rect = response.rect;
+        let pixel = |p: Pos2| Vector2::new(f64::from(p.x - rect.min.x), f64::from(p.y - rect.min.y));
+        let Some((id, shape, mode)) = view.handled() else {
+            // Until the button is let go nothing else begins to move.
+            let is_held = self.grip.is_some() && response.dragged_by(PointerButton::Primary);
+            self.grip.take_if(|_| !is_held);
+            return (None, is_held);
+        };
+        let size = Vector2::new(f64::from(rect.width()), f64::from(rect.height()));
+        let gizmo = Gizmo::new(view.scene.shape(shape), mode, camera, size);
+        let (pressed_at, pointer, snaps, gives_up, alt) = ui.input(|i| {
+            let pointer = &i.pointer;
+            let keys = i.modifiers;
+            (pointer.press_origin(), pointer.latest_pos(), keys.command, i.key_pressed(Key::Escape), keys.alt)
+        });
+        if self.grip.is_none()
+            && !alt
+            && response.drag_started_by(PointerButton::Primary)
+            && let Some(from) = pressed_at.map(pixel)
+            && let Some(handle) = gizmo.hit(from)
+        {
+            self.grip = Some(Grip { id, handle, from, gizmo, is_given_up: false });
+        }
+        if let Some(grip) = &mut self.grip {
+            grip.is_given_up |= gives_up || grip.id != id;
+            if let (false, Some(pointer)) = (grip.is_given_up, pointer) {
+                let start = view.scene.shape_in_input(&grip.gizmo.shape);
+                let mut shape =
+                    view.scene.shape_in_input(&grip.gizmo.drag(grip.handle, grip.from, pixel(pointer)));
+                if snaps {
+                    shape = snapped(grip.handle, &start, &shape, round_step(1.0 / view.scene.scale()));
+                }
+                if response.drag_delta() != egui::Vec2::ZERO || view.draft.is_some() {
+                    actions.push(Action::DraftShape(ShapeDraft { id, shape, angles: None }));
+                }
+                tell(ui, rect, pointer, &reading(grip.handle, &start, &shape));
+            }
+            let handles = Handles { gizmo, lit: (!grip.is_given_up).then_some(grip.handle) };
+            if !response.dragged_by(PointerButton::Primary) {
+                self.grip = None;
+            }
+            return (Some(handles), true);
+        }
+        let is_busy = response.dragged() || alt;
+        let lit = response.hover_pos().filter(|_| !is_busy).and_then(|p| gizmo.hit(pixel(p)));
+        if let Some(handle) = lit {
+            ui.ctx().set_cursor_icon(egui::CursorIcon::Grab);
+            response.clone().on_hover_text_at_pointer(handle.text());
+        }
+        (Some(Handles { gizmo, lit }), lit.is_some())
+    }
+}
+
+/// What a drag has come to.
+fn reading(handle: Handle, start: &Superquadric, now: &Superquadric) -> String {
+    match handle {
+        Handle::MoveAxis(_) | Handle::MovePlane(_) | Handle::MoveFree => {
+            let step = now.translation - start.translation;
+            format!("moved by {}", length(step.norm()))
+        }
+        Handle::RotateAxis(_) | Handle::RotateView => {
+            format!("turned by {:.1}°", start.rotation.angle_to(&now.rotation).to_degrees())
+        }
+        Handle::ScaleAxis(axis) => format!("a{} {}", ["x", "y", "z"][axis], length(now.semi_axes[axis])),
+        Handle::ScaleUniform => format!("× {:.3}", now.semi_axes.x / start.semi_axes.x),
+        Handle::Taper(which) => format!("k{} {:.3}", ["x", "y"][which], now.taper[which]),
+        Handle::Exponent(which) => format!("ε{} {:.3}", which + 1, now.exponents[which]),
+    }
+}
+
+/// Text beside the pointer.
+fn tell(ui: &Ui, rect: Rect, pointer: Pos2, text: &str) {
+    let palette = Palette::of(ui);
+    let painter = ui.ctx().layer_painter(egui::LayerId::new(
+        egui::Order::Tooltip,
+        egui::Id::unique("what a handle has come to"),
+    ));
+    let color = ui.visuals().strong_text_color();
+    let galley = painter.layout_no_wrap(text.to_owned(), FontId::proportional(13.0), color);
+    let size = galley.size() + vec2(14.0, 8.0);
+    let at = Align2::LEFT_BOTTOM.anchor_size(pointer + vec2(16.0, -12.0), size);
+    // Within the view.
+    let shift = vec2((rect.right() - 4.0 - at.right()).min(0.0), (rect.top() + 4.0 - at.top()).max(0.0));
+    let at = at.translate(shift);
+    painter.rect_filled(at, 4.0, palette.overlay.gamma_multiply(0.92));
+    painter.galley(at.min + vec2(7.0, 4.0), galley, color);
+}
