@@ -80,6 +80,7 @@ fn a_turntable_goes_round_and_can_be_given_up() {
         if attempt == "given up" {
             until_shown(&mut driver, "of 700");
             driver.press("Cancel");
+            driver.harness.run_steps(2);
             assert!(!path.exists() && !driver.shows("of 700"));
         }
     }
