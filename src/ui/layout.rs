@@ -25,7 +25,7 @@ pub struct Sizes {
 
 impl Default for Sizes {
     fn default() -> Self {
-        Self { left: 290.0, right: 272.0, log: 180.0, timeline: 244.0, generation: 0 }
+        Self { left: 290.0, right: 272.0, log: 180.0, timeline: 256.0, generation: 0 }
     }
 }
 
