@@ -72,7 +72,9 @@ fn card(ui: &mut Ui, session: &Session, proposal: &MergeProposal, actions: &mut 
     ui.add(Label::new(sentence(&proposal.reason)).wrap());
     ui.add_space(6.0);
     for number in &proposal.numbers {
-        row(ui, number);
+        // What has one unit has one scale.
+        let alike = proposal.numbers.iter().filter(|other| other.unit == number.unit);
+        row(ui, number, domain(alike));
     }
     ui.add_space(8.0);
     ui.horizontal(|ui| {
@@ -94,7 +96,7 @@ fn sentence(text: &str) -> String {
 }
 
 /// A number of the test, as a bar against what it is held against.
-fn row(ui: &mut Ui, number: &TestNumber) {
+fn row(ui: &mut Ui, number: &TestNumber, (low, high): (f64, f64)) {
     let palette = Palette::of(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), theme::ROW), Sense::hover());
     describe(&response, number);
@@ -117,7 +119,6 @@ fn row(ui: &mut Ui, number: &TestNumber) {
 
     let track =
         Rect::from_x_y_ranges(rect.left() + NAMES..=rect.right() - VALUES, middle - 3.0..=middle + 3.0);
-    let (low, high) = domain(number);
     let at = |v: f64| track.left() + track.width() * ((v - low) / (high - low)).clamp(0.0, 1.0) as f32;
     painter.rect_filled(track, 3.0, ui.visuals().widgets.inactive.bg_fill);
     let (from, to) = (at(0.0), at(number.value));
@@ -148,10 +149,13 @@ fn describe(response: &Response, number: &TestNumber) {
     response.clone().on_hover_text(tooltip);
 }
 
-/// What a bar spans: 0, the value and the threshold, with room at the end.
-fn domain(number: &TestNumber) -> (f64, f64) {
-    let marks =
-        [0.0, number.value, number.threshold.unwrap_or(0.0)].map(|v| if v.is_finite() { v } else { 0.0 });
+/// What the bars of these numbers span: 0, values and thresholds, with room at
+/// the ends.
+fn domain<'a>(numbers: impl Iterator<Item = &'a TestNumber>) -> (f64, f64) {
+    let marks: Vec<f64> = numbers
+        .flat_map(|number| [number.value, number.threshold.unwrap_or(0.0)])
+        .filter(|mark| mark.is_finite())
+        .collect();
     let low = marks.iter().copied().fold(0.0, f64::min);
     let high = marks.iter().copied().fold(0.0, f64::max);
     let room = 0.15 * (high - low);
@@ -161,20 +165,21 @@ fn domain(number: &TestNumber) -> (f64, f64) {
     }
 }
 
-/// Three significant digits.
+/// Three significant digits, with a true minus.
 fn figure(value: f64) -> String {
     if !value.is_finite() {
         return "–".to_owned();
     }
     let size = value.abs();
-    if size == 0.0 {
+    let digits = if size == 0.0 {
         "0".to_owned()
-    } else if (0.01..1000.0).contains(&size) {
-        let before = if size >= 1.0 { size.log10().floor() as usize + 1 } else { 0 };
-        format!("{value:.*}", 3_usize.saturating_sub(before))
+    } else if (1e-4..1000.0).contains(&size) {
+        let before = size.log10().floor() as i32 + 1;
+        format!("{size:.*}", usize::try_from(3 - before).unwrap_or(0))
     } else {
-        format!("{value:.2e}")
-    }
+        format!("{size:.2e}")
+    };
+    if value < 0.0 { format!("−{digits}") } else { digits }
 }
 
 #[cfg(test)]
@@ -194,7 +199,7 @@ mod tests {
                 is_good: None,
                 meaning: String::new(),
             };
-            let (low, high) = domain(&number);
+            let (low, high) = domain(std::iter::once(&number));
             assert!(low <= 0.0 && high > low && high >= 0.0);
             for mark in [value, threshold.unwrap_or(0.0)] {
                 assert!(mark.is_nan() || (low..=high).contains(&mark), "{value} {threshold:?}");
@@ -207,6 +212,7 @@ mod tests {
         assert_eq!(figure(0.7), "0.700");
         assert_eq!(figure(12.345), "12.3");
         assert_eq!(figure(0.0), "0");
+        assert_eq!(figure(-0.0063), "−0.00630");
         assert_eq!(figure(1.5e-5), "1.50e-5");
         assert_eq!(sentence("it fits"), "It fits.");
     }
