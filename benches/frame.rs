@@ -71,7 +71,7 @@ fn frames(c: &mut Criterion) {
     renderer.set_points(&device, &queue, &points);
     renderer.set_point_colors(
         &queue,
-        &shown_colors(&loaded, &labels, &hidden, &[], Paint::Clusters(&Colors::default())),
+        &shown_colors(&loaded, &labels, &hidden, &[], &[], Paint::Clusters(&Colors::default())),
     );
     renderer.set_primitives(&device, &queue, &primitives);
 
@@ -92,7 +92,14 @@ fn frames(c: &mut Criterion) {
         b.iter(|| {
             renderer.set_point_colors(
                 &queue,
-                &shown_colors(&loaded, &labels, &BTreeSet::new(), &[], Paint::Clusters(&Colors::default())),
+                &shown_colors(
+                    &loaded,
+                    &labels,
+                    &BTreeSet::new(),
+                    &[],
+                    &[],
+                    Paint::Clusters(&Colors::default()),
+                ),
             );
             frame(&mut renderer, true)
         });
@@ -101,7 +108,7 @@ fn frames(c: &mut Criterion) {
         b.iter(|| {
             renderer.set_point_colors(
                 &queue,
-                &shown_colors(&loaded, &labels, &hidden, &[], Paint::Clusters(&Colors::default())),
+                &shown_colors(&loaded, &labels, &hidden, &[], &[], Paint::Clusters(&Colors::default())),
             );
             frame(&mut renderer, true)
         });

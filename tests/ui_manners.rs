@@ -116,13 +116,13 @@ fn an_error_says_what_why_and_what_to_do() {
     }
     assert!(driver.has_button("Open…"), "what a person may want to do next");
     driver.press("Details");
+    // The box grows.
+    driver.harness.run_steps(3);
     assert!(driver.shows("because"));
     driver.harness.get_by_role_and_label(Role::Button, "Copy").click();
-    driver.harness.step();
-    let report = (0..3).find_map(|_| {
-        let found = copied(&driver);
+    let report = (0..4).find_map(|_| {
         driver.harness.step();
-        found
+        copied(&driver)
     });
     let report = report.unwrap();
     assert!(report.contains(&error.what) && report.contains(env!("CARGO_PKG_VERSION")), "{report}");
@@ -264,7 +264,10 @@ fn the_window_is_as_it_was_left() {
     driver.harness.run_steps(3);
     // Wider, by its edge.
     let edge = driver.viewport().left_center();
+    driver.harness.hover_at(edge);
+    driver.harness.run_steps(2);
     driver.harness.drag_at(edge);
+    driver.harness.run_steps(2);
     driver.harness.hover_at(edge + egui::vec2(60.0, 0.0));
     driver.harness.run_steps(2);
     driver.harness.drop_at(edge + egui::vec2(60.0, 0.0));

@@ -10,7 +10,9 @@ mod ui_common;
 
 use std::time::Duration;
 
-use egui::{Event, Key, Modifiers, MouseWheelUnit, PointerButton, Pos2, TouchPhase, Vec2, vec2};
+use egui::{
+    Event, Key, Modifiers, MouseWheelSource, MouseWheelUnit, PointerButton, Pos2, TouchPhase, Vec2, vec2,
+};
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -124,6 +126,7 @@ impl Monkey {
                 self.note(format!("wheel by {} at {at:?}", delta.y));
                 self.driver.harness.event(Event::PointerMoved(at));
                 self.driver.harness.event(Event::MouseWheel {
+                    source: MouseWheelSource::Wheel,
                     unit: MouseWheelUnit::Line,
                     delta,
                     phase: TouchPhase::Move,
@@ -164,7 +167,7 @@ impl Monkey {
             assert!(session.selected_points.iter().all(|&i| (i as usize) < samples));
         }
         assert!(session.params.check().is_ok(), "{:?}", session.params.check());
-        let mistake = session.messages.iter().find(|m| m.text.contains("made a mistake"));
+        let mistake = session.messages.iter().find(|m| m.what.contains("unexpected fault"));
         assert!(mistake.is_none(), "{mistake:?}");
     }
 

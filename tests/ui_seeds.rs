@@ -29,6 +29,12 @@ fn card(driver: &Driver, seed: u64) -> String {
     found.find_map(|node| node.accesskit_node().label()).unwrap_or_else(|| panic!("no card of seed {seed}"))
 }
 
+/// Presses a card that may have to be scrolled to.
+fn press_card(driver: &mut Driver, label: &str) {
+    driver.harness.get_by_role_and_label(Role::Button, label).click_accesskit();
+    driver.harness.run_steps(2);
+}
+
 #[test]
 fn eight_seeds_are_listed_best_first_and_are_what_they_say() {
     let driver = with_seeds(Driver::finished());
@@ -60,7 +66,7 @@ fn a_click_takes_one_and_undo_gives_it_back() {
     let before = driver.session().snapshot.as_ref().unwrap().key;
     let seed = driver.session().params.seed + 4;
     let label = card(&driver, seed);
-    driver.press(&label);
+    press_card(&mut driver, &label);
     let session = driver.session();
     let result = session.seeds.results().iter().find(|r| r.run.seed == seed).unwrap();
     let taken = result.last().unwrap().key;
@@ -70,7 +76,7 @@ fn a_click_takes_one_and_undo_gives_it_back() {
     assert_eq!(branch.states.len(), result.run.states.len(), "with all its states");
     assert_eq!(session.params.seed, seed, "what runs next has its seed");
     assert!(session.measurement().is_some(), "its figures are known");
-    driver.press(&label);
+    press_card(&mut driver, &label);
     assert_eq!(driver.session().timeline.branches().len(), 2, "it is taken once");
     driver.key(Modifiers::COMMAND, Key::Z);
     let session = driver.session();
@@ -140,6 +146,7 @@ fn each_seed_has_its_picture() {
         let inside = |x: u32, y: u32| rect.contains(egui::pos2(x as f32, y as f32));
         picture.enumerate_pixels().filter(|(x, y, p)| inside(*x, *y) && spread(p) > 60).count()
     };
+    driver.choose("Order of the seeds", "By seed");
     // One picture a frame, and the device takes its time.
     for _ in 0..400 {
         driver.harness.step();

@@ -129,7 +129,7 @@ impl Coloring {
             ColorBy::Cluster | ColorBy::Input | ColorBy::Plain => return Ok(None),
             ColorBy::OwnDistance => Source::Own(state()?),
             ColorBy::NearestDistance => Source::Nearest(state()?),
-            ColorBy::SurfaceDistance => Source::Surfaces(state()?, self.to_shape(shape)),
+            ColorBy::SurfaceDistance => Source::Surfaces(state()?, self.shape_distances(shape)),
             ColorBy::Uncertainty => {
                 let window = view.view.uncertainty_window as usize;
                 let last = &view.history[view.history.len().saturating_sub(window)..];
@@ -151,7 +151,7 @@ impl Coloring {
         }))
     }
 
-    fn to_shape(&mut self, loaded: &LoadedShape) -> ToShape {
+    fn shape_distances(&mut self, loaded: &LoadedShape) -> ToShape {
         let known = self.to_shape.as_ref().filter(|(shape, _)| Arc::ptr_eq(shape, &loaded.shape));
         let to_shape = known.map_or_else(ToShape::default, |(_, to_shape)| Arc::clone(to_shape));
         self.to_shape = Some((Arc::clone(&loaded.shape), Arc::clone(&to_shape)));

@@ -143,7 +143,8 @@ fn row(ui: &mut Ui, item: &Item, is_chosen: bool) -> egui::Response {
             ui.painter().rect_filled(rect, 4.0, ui.visuals().selection.bg_fill);
         }
         let inner = rect.shrink2(vec2(8.0, 0.0));
-        let color = if enabled { ui.visuals().text_color() } else { palette.weak };
+        let is_strong = enabled || is_chosen;
+        let color = if is_strong { ui.visuals().text_color() } else { palette.weak };
         let right = match (item.reason, &item.shortcut) {
             (Some(reason), _) => reason.to_owned(),
             (None, Some(shortcut)) => shortcut.clone(),
@@ -164,7 +165,9 @@ fn row(ui: &mut Ui, item: &Item, is_chosen: bool) -> egui::Response {
             ui.painter().circle_filled(center, 3.0, palette.accent);
         }
         let x = inner.right() - right.size().x;
-        ui.painter().galley(egui::pos2(x, y(&right)), right, palette.weak);
+        // Weak text would be too weak on what is chosen.
+        let color = if is_chosen { ui.visuals().text_color() } else { palette.weak };
+        ui.painter().galley(egui::pos2(x, y(&right)), right, color);
     }
     response.on_hover_text(item.reason.unwrap_or(&item.tooltip))
 }

@@ -39,7 +39,8 @@ impl Help {
                 let field = TextEdit::singleline(&mut self.search).hint_text("Search keys and commands");
                 ui.add(field.desired_width(width.min(260.0)));
                 ui.add_space(8.0);
-                ScrollArea::vertical().max_height((window.height() - 150.0).max(80.0)).show(ui, |ui| {
+                let height = (window.height() - 150.0).max(80.0);
+                ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
                     self.tables(ui, columns);
                 });
             });

@@ -25,7 +25,7 @@ pub struct Sizes {
 
 impl Default for Sizes {
     fn default() -> Self {
-        Self { left: 290.0, right: 272.0, log: 180.0, timeline: 244.0, generation: 0 }
+        Self { left: 290.0, right: 272.0, log: 180.0, timeline: 256.0, generation: 0 }
     }
 }
 
@@ -99,7 +99,11 @@ impl Part {
         let (least, most) = self.limits(window);
         let size = sizes.of(self);
         let panel = panel.default_size(*size).size_range(least..=most).resizable(true).frame(frame);
-        let shown = collapsible(ui, panel, session, self.verb(), actions, contents);
+        let shown = collapsible(ui, panel, session, self.verb(), actions, |ui, actions| {
+            // A panel takes the size of what is in it: little, before there is a run.
+            ui.set_min_size(ui.available_size());
+            contents(ui, actions);
+        });
         // What a narrow window makes of it is not what was wanted.
         if let (Some(shown), false) = (shown, session.window.is_narrow()) {
             *size = shown[axis];

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::coloring::{Coloring, Numbers, Told};
 use crate::geometry::Superquadric;
-use crate::geometry::palette::Colors;
+use crate::geometry::palette::{Colors, UNASSIGNED_COLOR};
 use crate::inference::Primitive;
 use crate::io::ShapeGeometry;
 use crate::render::colormap::viridis;
@@ -240,8 +240,10 @@ impl Scene {
         if !same_snapshot || !same_hidden || !same_paint {
             self.color_points(view, scalar.as_deref());
         }
-        if !same_snapshot || !same_hidden || !same_marks {
-            self.take_primitives(view, hovered);
+        // Where points tell numbers, no other colours should.
+        let same_tone = self.made.scalar.is_some() == scalar.is_some();
+        if !same_snapshot || !same_hidden || !same_marks || !same_tone {
+            self.take_primitives(view, hovered, scalar.is_some());
         }
         if !same_snapshot || !same_surfaces {
             let paint = surface_scalar.as_deref().map_or_else(Vec::new, paint_of);
@@ -301,12 +303,12 @@ impl Scene {
         self.colors.set(shown_colors(loaded, labels, view.hidden, view.selected_points, pinned, paint));
     }
 
-    fn take_primitives(&mut self, view: &SceneView<'_>, hovered: Option<u32>) {
+    fn take_primitives(&mut self, view: &SceneView<'_>, hovered: Option<u32>, is_grey: bool) {
         let present = view.primitives().iter().filter(|primitive| primitive.shape.is_valid());
         let instances = present.map(|primitive| {
             let id = primitive.id;
             let shape = view.draft.as_ref().filter(|d| d.0 == id).map_or(&primitive.shape, |d| &d.1);
-            let color = view.colors.of(id);
+            let color = if is_grey { UNASSIGNED_COLOR } else { view.colors.of(id) };
             let is_aside = !view.lit.is_empty() && !view.lit.contains(&id);
             let color = if is_aside { faded(color) } else { color };
             PrimitiveInstance {

@@ -275,7 +275,6 @@ mod tests {
                     ("warning", palette.warn, ground),
                     ("error", palette.error, ground),
                     ("chosen row", w.noninteractive.fg_stroke.color, ground.blend(v.selection.bg_fill)),
-                    ("weak text on a chosen row", palette.weak, ground.blend(v.selection.bg_fill)),
                 ]);
             }
             for (name, state) in

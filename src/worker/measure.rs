@@ -22,10 +22,13 @@ const PROBES: usize = 4000;
 /// What measuring against a shape takes.
 type Prepared = Result<Arc<Reference>, String>;
 
+/// The last shape, and what measuring against it takes.
+type Latest = (Weak<Shape>, Prepared);
+
 /// What measuring against the last shape takes, shared by those who measure;
 /// without keeping that shape.
 #[derive(Debug, Clone, Default)]
-pub(super) struct References(Arc<Mutex<Option<(Weak<Shape>, Prepared)>>>);
+pub(super) struct References(Arc<Mutex<Option<Latest>>>);
 
 impl References {
     /// Prepares it on the pool's threads, unless it is there already; whoever

@@ -23,17 +23,21 @@ pub(super) fn show(ui: &mut Ui, session: &Session, explanation: &Explanation, ro
                     number(odds.density),
                     number(odds.weight)
                 );
-                (format!("p(z = {}) ∝ n · N(d; 0, σ²) · ½", odds.id), terms, odds.weight)
+                (format!("weight of {} = n · N(d; 0, σ²) · ½", odds.id), terms, odds.weight)
             }
             Row::New(new) => {
                 let terms = format!("{} · {} = {}", new.alpha, new.p0, number(new.weight));
-                ("p(z = new) ∝ α · p0".to_owned(), terms, new.weight)
+                ("weight of a new table = α · p0".to_owned(), terms, new.weight)
             }
         };
         ui.label(RichText::new(law).strong());
         line(ui, &terms);
         let share = percent(row.probability());
-        line(ui, &format!("{} / {} = {share}", number(weight), number(total)))
+        let whose = match row {
+            Row::Present(odds) => odds.id.to_string(),
+            Row::New(_) => "new".to_owned(),
+        };
+        line(ui, &format!("p(z = {whose}) = {} / {} = {share}", number(weight), number(total)))
             .on_hover_text("The weight over the sum of all weights");
         let weak = Palette::of(ui).weak;
         let note = match row {

@@ -86,7 +86,7 @@ impl Thumbnails {
                 self.begin(ui, session, studio, result, pose);
             }
         }
-        let is_behind = self.pictures.values().any(|(of, _)| *of != pose);
+        let is_behind = self.pictures.iter().any(|(key, (of, _))| *of != pose && !self.failed.contains(key));
         if self.under_way.is_some() || is_behind {
             ui.ctx().request_repaint();
         }
@@ -96,6 +96,8 @@ impl Thumbnails {
         let Some(last) = result.last() else { return };
         let mut view: View = session.view;
         view.color_by = ColorBy::Cluster;
+        // Points are drawn as in a window of usual height, and should still be seen.
+        view.point_size = (2.0 * view.point_size).min(View::POINT_SIZE.1);
         view.set_layer(Layer::Grid, false);
         view.set_layer(Layer::Input, false);
         view.set_layer(Layer::Primitives, true);
@@ -118,7 +120,9 @@ impl Thumbnails {
             marked: None,
             ..SceneView::of(session)
         };
-        let shot = Shot { size: SIZE, camera: pose.camera, theme: theme::scene(ui), transparent: true };
+        // There is nothing around the shape that the window leaves room for.
+        let camera = Camera { distance: 0.8 * pose.camera.distance, ..pose.camera };
+        let shot = Shot { size: SIZE, camera, theme: theme::scene(ui), transparent: true };
         match studio.begin(&scene, &shot) {
             Ok(capture) => self.under_way = Some((last.key, pose, capture)),
             Err(error) => {

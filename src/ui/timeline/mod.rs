@@ -50,12 +50,14 @@ impl Timeline {
     pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         self.play(ui, session, actions);
         header::show(ui, session, actions);
+        let mut body = ui.available_rect_before_wrap();
+        // The panel is as high as what it holds: all that it was dragged to.
+        ui.expand_to_include_rect(body);
         if session.timeline.states().is_empty() {
             let text = "Every state of the run will be kept here";
             ui.label(RichText::new(text).color(Palette::of(ui).weak));
             return;
         }
-        let mut body = ui.available_rect_before_wrap();
         body.min.y += 4.0;
         if body.width() >= WIDE && body.height() >= 60.0 {
             let side = Rect::from_min_max(pos2(body.max.x - FIGURES, body.min.y), body.max);

@@ -1,6 +1,6 @@
 //! The curves over the states.
 
-use egui::{FontId, Rect, RichText, Sense, TextStyle, Ui, pos2, vec2};
+use egui::{FontId, Rangef, Rect, RichText, Sense, TextStyle, Ui, pos2, vec2};
 use egui_plot::{AxisHints, GridMark, Line, Plot, PlotPoints, Points};
 
 use super::axis::Axis;
@@ -13,6 +13,8 @@ use crate::ui::theme::Palette;
 
 /// Width of the numbers at the y axis.
 pub(super) const NUMBERS: f32 = 46.0;
+/// Height that a number at the y axis has for itself.
+const MARK: f32 = 16.0;
 /// The least height in which a curve says something.
 pub(super) const LEAST: f32 = 36.0;
 
@@ -46,8 +48,10 @@ pub(super) fn show(
     let plot_rect =
         Rect::from_min_max(pos2(axis.range().min - NUMBERS, rect.min.y), pos2(axis.range().max, rect.max.y));
     let bounds = axis.bounds();
+    let most = f64::from(plot_rect.height() / MARK).min(4.0);
     let numbers = AxisHints::new_y()
         .min_thickness(NUMBERS)
+        .label_spacing(Rangef::new(0.5 * MARK, 0.7 * MARK))
         .tick_label_font(FontId::proportional(TextStyle::Small.resolve(ui.style()).size))
         .tick_label_color(palette.weak)
         .formatter(move |mark, _| axis_number(curve, mark.value));
@@ -69,7 +73,7 @@ pub(super) fn show(
             .show_background(false)
             .label_formatter(|_| None)
             .custom_y_axes(vec![numbers])
-            .y_grid_spacer(move |_| grid(low, high))
+            .y_grid_spacer(move |_| grid(low, high, most))
             .grid_color(ui.visuals().widgets.noninteractive.bg_stroke.color)
             .show(ui, |plot| {
                 plot.set_plot_bounds_x(bounds[0]..=bounds[1]);
@@ -130,18 +134,18 @@ fn from_zero(high: f64) -> [f64; 2] {
     [-0.1 * high, 1.14 * high]
 }
 
-/// Two or three marks at round values.
-fn grid(low: f64, high: f64) -> Vec<GridMark> {
+/// A few marks at round values, at `most` so many.
+fn grid(low: f64, high: f64, most: f64) -> Vec<GridMark> {
     let span = high - low;
     if !(span.is_finite() && span > 0.0) {
         return Vec::new();
     }
     // The smallest of 1, 2, 5 times a power of ten that leaves room for the numbers.
     let power = 10_f64.powf(span.log10().floor() - 1.0);
-    let steps = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0].map(|n| n * power);
-    let Some(step) = steps.into_iter().find(|s| span / s < 2.8) else { return Vec::new() };
+    let steps = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0].map(|n| n * power);
+    let Some(step) = steps.into_iter().find(|s| span / s < most.max(1.2)) else { return Vec::new() };
     let first = (low / step).ceil() as i64;
-    (first..first + 4)
+    (first..first + 5)
         .map(|i| i as f64 * step)
         .filter(|value| *value <= high)
         .map(|value| GridMark { value, step_size: step })
@@ -168,11 +172,12 @@ mod tests {
     #[test]
     fn the_y_axis_has_a_few_round_marks_within() {
         for (low, high) in [(0.0, 33.0), (0.0, 0.0123), (-15_432.0, 20_211.0), (3.0e-9, 7.0e-9)] {
-            let marks = grid(low, high);
+            let marks = grid(low, high, 3.0);
             assert!((1..=4).contains(&marks.len()), "{low} {high}");
+            assert!((1..=2).contains(&grid(low, high, 1.5).len()), "{low} {high}");
             assert!(marks.iter().all(|m| m.value >= low && m.value <= high));
         }
-        assert!(grid(0.0, f64::NAN).is_empty() && grid(1.0, 1.0).is_empty());
+        assert!(grid(0.0, f64::NAN, 3.0).is_empty() && grid(1.0, 1.0, 3.0).is_empty());
     }
 
     #[test]

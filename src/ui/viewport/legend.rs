@@ -16,7 +16,7 @@ use crate::ui::widgets::{length, tooltip};
 /// Logical pixels.
 const BAR: egui::Vec2 = vec2(12.0, 116.0);
 const PADDING: f32 = 9.0;
-const WIDTH: f32 = 168.0;
+const WIDTH: f32 = 178.0;
 /// From the viewport's corner, above what is written along its lower edge.
 const CORNER: egui::Vec2 = vec2(10.0, 44.0);
 const TICKS: usize = 4;
@@ -121,18 +121,24 @@ fn ends(ui: &mut Ui, view: &View, bar: &Bar<'_>, actions: &mut Vec<Action>) {
     let mut top = high;
     let number = DragValue::new(&mut top).speed(f64::from(high) * 0.01).range(f32::MIN_POSITIVE..=f32::MAX);
     let number = number.custom_formatter(|value, _| length(value)).update_while_editing(false);
-    let number = ui.add_sized([62.0, theme::ROW], number).labelled_by(label);
+    let number = ui.add_sized([56.0, theme::ROW], number).labelled_by(label);
     let text = format!("The number of the last colour. The largest is {}", length(f64::from(bar.most)));
     if number.on_hover_text(text).changed() && top != high {
         actions.push(Action::SetLegendTop(Top::At(top)));
     }
     ui.spacing_mut().item_spacing.x = 3.0;
-    for (top, text, tooltip) in [
-        (Top::Robust, "95 %", "End at a round number that all but 5 % of the numbers stay below"),
-        (Top::Most, "Max", "End at the largest number"),
+    for (top, text, name, tooltip) in [
+        (
+            Top::Robust,
+            "95 %",
+            "Colours up to 95 %",
+            "End at a round number that all but 5 % of the numbers stay below",
+        ),
+        (Top::Most, "Max", "Colours up to the largest", "End at the largest number"),
     ] {
         let button = Button::selectable(view.legend_top == top, RichText::new(text).small());
-        if ui.add(button.frame_when_inactive(true)).on_hover_text(tooltip).clicked() {
+        let button = ui.add(button.frame_when_inactive(true)).accessible_name(name);
+        if button.on_hover_text(tooltip).clicked() {
             actions.push(Action::SetLegendTop(top));
         }
     }
