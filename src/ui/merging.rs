@@ -72,9 +72,7 @@ fn card(ui: &mut Ui, session: &Session, proposal: &MergeProposal, actions: &mut 
     ui.add(Label::new(sentence(&proposal.reason)).wrap());
     ui.add_space(6.0);
     for number in &proposal.numbers {
-        // What has one unit has one scale.
-        let alike = proposal.numbers.iter().filter(|other| other.unit == number.unit);
-        row(ui, number, domain(alike));
+        row(ui, number, domain(number, &proposal.numbers));
     }
     ui.add_space(8.0);
     ui.horizontal(|ui| {
@@ -95,7 +93,8 @@ fn sentence(text: &str) -> String {
     if text.ends_with('.') { text } else { format!("{text}.") }
 }
 
-/// A number of the test, as a bar against what it is held against.
+/// A number of the test, as a bar against what it is held against, which spans
+/// from the one to the other number.
 fn row(ui: &mut Ui, number: &TestNumber, (low, high): (f64, f64)) {
     let palette = Palette::of(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), theme::ROW), Sense::hover());
@@ -149,12 +148,17 @@ fn describe(response: &Response, number: &TestNumber) {
     response.clone().on_hover_text(tooltip);
 }
 
-/// What the bars of these numbers span: 0, values and thresholds, with room at
-/// the ends.
-fn domain<'a>(numbers: impl Iterator<Item = &'a TestNumber>) -> (f64, f64) {
-    let marks: Vec<f64> = numbers
-        .flat_map(|number| [number.value, number.threshold.unwrap_or(0.0)])
-        .filter(|mark| mark.is_finite())
+/// What a bar spans: 0, the value and the threshold, with room at the end; where
+/// there is no threshold the values of the others without one, too, so that
+/// they can be compared.
+fn domain(number: &TestNumber, all: &[TestNumber]) -> (f64, f64) {
+    let is_like =
+        |n: &&TestNumber| number.threshold.is_none() && n.threshold.is_none() && n.unit == number.unit;
+    let others = all.iter().filter(is_like).map(|n| n.value);
+    let marks: Vec<f64> = [0.0, number.value, number.threshold.unwrap_or(0.0)]
+        .into_iter()
+        .chain(others)
+        .map(|v| if v.is_finite() { v } else { 0.0 })
         .collect();
     let low = marks.iter().copied().fold(0.0, f64::min);
     let high = marks.iter().copied().fold(0.0, f64::max);
@@ -165,21 +169,21 @@ fn domain<'a>(numbers: impl Iterator<Item = &'a TestNumber>) -> (f64, f64) {
     }
 }
 
-/// Three significant digits, with a true minus.
+/// Three significant digits.
 fn figure(value: f64) -> String {
     if !value.is_finite() {
         return "–".to_owned();
     }
     let size = value.abs();
-    let digits = if size == 0.0 {
+    let text = if size == 0.0 {
         "0".to_owned()
-    } else if (1e-4..1000.0).contains(&size) {
+    } else if (1e-3..1000.0).contains(&size) {
         let before = size.log10().floor() as i32 + 1;
         format!("{size:.*}", usize::try_from(3 - before).unwrap_or(0))
     } else {
-        format!("{size:.2e}")
+        format!("{size:.2e}").replace("e-", "e−")
     };
-    if value < 0.0 { format!("−{digits}") } else { digits }
+    if value < 0.0 { format!("−{text}") } else { text }
 }
 
 #[cfg(test)]
@@ -199,7 +203,7 @@ mod tests {
                 is_good: None,
                 meaning: String::new(),
             };
-            let (low, high) = domain(std::iter::once(&number));
+            let (low, high) = domain(&number, std::slice::from_ref(&number));
             assert!(low <= 0.0 && high > low && high >= 0.0);
             for mark in [value, threshold.unwrap_or(0.0)] {
                 assert!(mark.is_nan() || (low..=high).contains(&mark), "{value} {threshold:?}");
@@ -212,8 +216,8 @@ mod tests {
         assert_eq!(figure(0.7), "0.700");
         assert_eq!(figure(12.345), "12.3");
         assert_eq!(figure(0.0), "0");
-        assert_eq!(figure(-0.0063), "−0.00630");
-        assert_eq!(figure(1.5e-5), "1.50e-5");
+        assert_eq!(figure(-0.003_58), "−0.00358");
+        assert_eq!(figure(1.5e-5), "1.50e−5");
         assert_eq!(sentence("it fits"), "It fits.");
     }
 }
