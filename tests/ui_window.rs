@@ -198,27 +198,6 @@ fn a_file_is_replaced_only_when_that_is_confirmed() {
 }
 
 #[test]
-fn everything_has_its_place_in_a_small_window() {
-    for size in [[1024.0, 700.0], [1440.0, 900.0]] {
-        let mut driver = Driver::start(options(Source::BuiltIn), size);
-        driver.settle();
-        let id = driver.session().primitives()[0].id;
-        driver.press(&format!("Primitive {id}"));
-        let window = egui::Rect::from_min_size(egui::Pos2::ZERO, size.into());
-        let mut controls = 0;
-        for role in [Role::Button, Role::CheckBox, Role::Slider, Role::SpinButton, Role::ComboBox] {
-            for node in driver.harness.get_all_by_role(role) {
-                let rect = node.rect();
-                let label = node.accesskit_node().label();
-                assert!(window.contains_rect(rect), "{label:?} at {rect:?} leaves the window of {size:?}");
-                controls += 1;
-            }
-        }
-        assert!(controls > 30);
-    }
-}
-
-#[test]
 fn shapes_that_can_hold_no_primitive_give_a_message() {
     let folder = tempfile::tempdir().unwrap();
     for (name, content) in [
