@@ -5,7 +5,7 @@
 mod ui_common;
 
 use egui::{Key, Modifiers};
-use egui_kittest::kittest::{NodeT, Queryable};
+use egui_kittest::kittest::Queryable;
 use superform::session::action::Verb;
 use superform::session::view::Layer;
 use superform::worker::Source;
