@@ -9,6 +9,7 @@ use egui::{Key, Modifiers, vec2};
 use egui_kittest::kittest::Queryable;
 use superform::inference::{Phase, Primitive, UNASSIGNED};
 use superform::session::Verb;
+use superform::session::camera::Camera;
 use superform::session::gizmo::{Figure, Gizmo, Handle, Mode};
 use superform::worker::{Activity, Cause, Source};
 use ui_common::{Driver, Role, options};
@@ -61,10 +62,10 @@ fn a_number_changes_the_shape_and_undo_brings_it_back() {
     assert!((after.shape.translation - before.shape.translation).norm() < 1e-9);
     assert_eq!(states(&driver), count + 1, "one state on the timeline");
     assert_eq!(driver.session().snapshot.as_ref().unwrap().cause, Cause::Edit);
-    driver.key(Modifiers::CTRL, Key::Z);
+    driver.key(Modifiers::COMMAND, Key::Z);
     driver.settle();
     assert_eq!(primitive(&driver, before.id).unwrap().shape, before.shape);
-    driver.key(Modifiers::CTRL | Modifiers::SHIFT, Key::Z);
+    driver.key(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
     driver.settle();
     assert_eq!(primitive(&driver, before.id).unwrap().shape, after.shape);
 }
@@ -97,7 +98,7 @@ fn a_drag_of_a_number_is_seen_at_once_and_one_state() {
     assert!((20.0..70.0).contains(&turned), "{turned}");
     assert!(driver.session().draft().is_none());
     let undone = driver.session().undo.done().len();
-    driver.key(Modifiers::CTRL, Key::Z);
+    driver.key(Modifiers::COMMAND, Key::Z);
     driver.settle();
     assert_eq!(primitive(&driver, before.id).unwrap().shape, before.shape);
     assert_eq!(driver.session().undo.done().len(), undone - 1, "one step");
@@ -217,7 +218,7 @@ fn primitives_are_split_refitted_merged_and_deleted() {
     let labels = &driver.session().snapshot.as_ref().unwrap().abstraction.labels;
     assert!(labels.iter().filter(|l| **l == UNASSIGNED).count() >= refitted.points);
     for _ in 0..5 {
-        driver.key(Modifiers::CTRL, Key::Z);
+        driver.key(Modifiers::COMMAND, Key::Z);
         driver.settle();
     }
     assert_eq!(driver.session().primitives().len(), k);
@@ -301,7 +302,8 @@ fn the_list_selects_ranges_sorts_and_follows_the_arrows() {
         let mut by_points: Vec<&Primitive> = driver.session().primitives().iter().collect();
         by_points.sort_by_key(|p| (std::cmp::Reverse(p.points), p.id));
         let visible = by_points.iter().filter_map(|p| {
-            let row = driver.harness.query_by_role_and_label(Role::Button, &row(p.id))?;
+            let name = row(p.id);
+            let row = driver.harness.query_by_role_and_label(Role::Button, &name)?;
             Some(row.rect().top())
         });
         visible.collect()
@@ -377,6 +379,11 @@ fn handle_at(driver: &Driver, handle: Handle) -> (egui::Pos2, egui::Vec2) {
     }
 }
 
+/// Whether nobody has moved the camera; the form of its picture may differ.
+fn same_view(a: &Camera, b: &Camera) -> bool {
+    Camera { aspect: b.aspect, ..*a } == *b
+}
+
 #[test]
 fn handles_in_the_view_move_scale_and_taper() {
     let mut driver = finished();
@@ -395,7 +402,7 @@ fn handles_in_the_view_move_scale_and_taper() {
         driver.drag(at, at + along * 30.0);
         edited(&mut driver, count);
         let after = primitive(&driver, id).unwrap().shape;
-        assert_eq!(driver.session().camera, camera, "{verb} does not orbit");
+        assert!(same_view(&driver.session().camera, &camera), "{verb} does not orbit");
         assert_eq!(states(&driver), count + 1, "{verb} is one state");
         match handle {
             Handle::MoveAxis(_) => {
@@ -437,7 +444,7 @@ fn escape_ends_the_drag_of_a_handle() {
     driver.harness.drop_at(at + along * 60.0);
     driver.harness.run_steps(2);
     driver.settle();
-    assert_eq!(driver.session().camera, camera, "the rest of the drag moves nothing");
+    assert!(same_view(&driver.session().camera, &camera), "the rest of the drag moves nothing");
     assert_eq!((states(&driver), driver.session().draft().is_none()), (count, true));
     assert_eq!(driver.session().selection, [before.id].into());
 }

@@ -46,7 +46,9 @@ fn a_moved_slider_renews_the_result() {
 
 #[test]
 fn a_dragged_slider_is_followed_and_its_last_value_wins() {
-    let mut driver = Driver::finished();
+    // High enough for all sliders.
+    let mut driver = Driver::start(options(Source::BuiltIn), [1280.0, 1100.0]);
+    driver.settle();
     let slider = driver.harness.get_by_role_and_label(Role::Slider, "Cost of a primitive").rect();
     let at = |share: f32| egui::pos2(slider.left() + share * slider.width(), slider.center().y);
     driver.harness.drag_at(at(0.5));

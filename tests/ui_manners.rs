@@ -62,6 +62,8 @@ fn type_text(driver: &mut Driver, text: &str) {
 
 /// Steps until something is no longer shown; whether that came true.
 fn goes_away(driver: &mut Driver, text: &str) -> bool {
+    // While the pointer rests on it, it stays.
+    driver.harness.hover_at(egui::pos2(400.0, 200.0));
     (0..200).any(|_| {
         driver.harness.step();
         !driver.shows(text)
@@ -253,7 +255,8 @@ fn a_narrow_window_shows_one_side_at_a_time() {
 #[test]
 fn the_window_is_as_it_was_left() {
     let folder = tempfile::tempdir().unwrap();
-    let shape = file(&folder, "four.xyz", "0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 1 1\n2 1 0\n1 2 0\n0 2 1\n");
+    let points: String = (0..60).map(|i| format!("{} {} {}\n", i % 5, i / 5 % 4, i % 3)).collect();
+    let shape = file(&folder, "sixty.xyz", &points);
     let mut driver = Driver::start(options(Source::File(shape.clone())), SIZE);
     driver.settle();
     driver.key(Modifiers::NONE, Key::F3);
@@ -263,7 +266,7 @@ fn the_window_is_as_it_was_left() {
     driver.key(Modifiers::COMMAND, Key::Plus);
     driver.harness.run_steps(3);
     // Wider, by its edge.
-    let edge = driver.viewport().left_center();
+    let edge = driver.viewport().left_center() - egui::vec2(1.5, 0.0);
     driver.harness.hover_at(edge);
     driver.harness.run_steps(2);
     driver.harness.drag_at(edge);

@@ -73,7 +73,7 @@ fn accept_skip_and_undo_go_through_the_pairs() {
     wait_for_proposal(&mut driver);
     assert_eq!(driver.session().primitives().len(), k);
     assert_eq!(pair(&driver), second);
-    driver.key(Modifiers::CTRL, Key::Z);
+    driver.key(Modifiers::COMMAND, Key::Z);
     wait_for_proposal(&mut driver);
     assert_eq!(pair(&driver), first);
     driver.key(Modifiers::NONE, Key::Escape);

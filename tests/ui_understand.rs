@@ -59,6 +59,12 @@ fn number_after(label: &str, name: &str) -> f64 {
     digits.parse().unwrap_or_else(|_| panic!("“{digits}” in “{label}”"))
 }
 
+fn show_or_hide_primitives(driver: &mut Driver) {
+    driver.toggle_layer("Primitives");
+    // The menu stays open for more.
+    driver.press("Show");
+}
+
 /// Clicks here and there in the 3D view until a point is hit.
 fn click_a_point(driver: &mut Driver) -> u32 {
     let view = driver.viewport();
@@ -106,7 +112,7 @@ fn check_odds(driver: &Driver, sample: u32) {
 #[test]
 fn a_click_on_a_point_shows_its_odds_which_follow_the_state() {
     let mut driver = Driver::finished();
-    driver.toggle("Primitives");
+    show_or_hide_primitives(&mut driver);
     let sample = click_a_point(&mut driver);
     assert!(driver.shows("Point "), "a card says which");
     if let Some(more) = labels(&driver, "").into_iter().find(|l| l.contains(" more, together ")) {
@@ -288,13 +294,13 @@ fn the_card_and_the_legend_are_drawn() {
     options.params.clusters = 30;
     let mut driver = Driver::start_drawn(options, [1440.0, 900.0]);
     driver.settle();
-    driver.toggle("Primitives");
+    show_or_hide_primitives(&mut driver);
     click_a_point(&mut driver);
     keep(&mut driver, "odds.png");
     driver.choose("Colour by", "Error");
     until_shown(&mut driver, "Distance to its own primitive from");
     keep(&mut driver, "error.png");
-    driver.toggle("Primitives");
+    show_or_hide_primitives(&mut driver);
     driver.choose("Colour by", "To the input");
     until_shown(&mut driver, "Distance to the input from");
     keep(&mut driver, "surfaces.png");

@@ -5,7 +5,7 @@
 mod ui_common;
 
 use egui::{Key, Modifiers};
-use egui_kittest::kittest::{NodeT, Queryable};
+use egui_kittest::kittest::Queryable;
 use superform::session::action::Verb;
 use superform::session::view::Layer;
 use superform::worker::Source;
@@ -195,27 +195,6 @@ fn a_file_is_replaced_only_when_that_is_confirmed() {
     driver.settle();
     assert!(driver.shows("Wrote the primitives"));
     assert!(std::fs::read_to_string(&old).unwrap().starts_with('{'));
-}
-
-#[test]
-fn everything_has_its_place_in_a_small_window() {
-    for size in [[1024.0, 700.0], [1440.0, 900.0]] {
-        let mut driver = Driver::start(options(Source::BuiltIn), size);
-        driver.settle();
-        let id = driver.session().primitives()[0].id;
-        driver.press(&format!("Primitive {id}"));
-        let window = egui::Rect::from_min_size(egui::Pos2::ZERO, size.into());
-        let mut controls = 0;
-        for role in [Role::Button, Role::CheckBox, Role::Slider, Role::SpinButton, Role::ComboBox] {
-            for node in driver.harness.get_all_by_role(role) {
-                let rect = node.rect();
-                let label = node.accesskit_node().label();
-                assert!(window.contains_rect(rect), "{label:?} at {rect:?} leaves the window of {size:?}");
-                controls += 1;
-            }
-        }
-        assert!(controls > 30);
-    }
 }
 
 #[test]

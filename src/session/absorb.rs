@@ -16,15 +16,20 @@ impl Session {
     /// Takes in what the worker tells.
     pub fn absorb(&mut self, event: Event) -> Vec<Effect> {
         match event {
-            Event::Loaded(shape) => return self.absorb_shape(shape),
+            Event::Loaded(shape) => self.absorb_shape(shape),
             Event::Snapshot(snapshot) => self.absorb_snapshot(snapshot),
             Event::Activity(activity) => {
                 self.activity = activity;
                 if activity == Activity::Idle {
                     // Whatever was on its way has arrived, failed or was cancelled.
+                    let runs = std::mem::take(&mut self.has_arrived) && self.run_when_loaded;
                     self.run_when_loaded = false;
                     self.live.finish();
-                    return self.renew_if_due();
+                    let renewal = self.renew_if_due();
+                    if runs && renewal.is_empty() {
+                        return self.work(Command::Run, Activity::Running);
+                    }
+                    return renewal;
                 }
             }
             Event::Renewing(setup) => self.live.begin(setup),
@@ -75,7 +80,7 @@ impl Session {
         }
     }
 
-    fn absorb_shape(&mut self, shape: Arc<LoadedShape>) -> Vec<Effect> {
+    fn absorb_shape(&mut self, shape: Arc<LoadedShape>) {
         let is_same = self.loaded.as_ref().is_some_and(|old| Arc::ptr_eq(&old.shape, &shape.shape));
         let name = &shape.shape.name;
         for note in &shape.shape.notes {
@@ -117,16 +122,8 @@ impl Session {
         if !is_same {
             self.camera.frame(&self.scene.bounds);
         }
-        // It has arrived, whatever comes of it next.
-        self.activity = Activity::Idle;
-        let renewal = self.renew_if_due();
-        if !renewal.is_empty() {
-            return renewal;
-        }
-        if std::mem::take(&mut self.run_when_loaded) {
-            return self.work(Command::Run, Activity::Running);
-        }
-        Vec::new()
+        // What comes of it begins when the worker is done with loading.
+        self.has_arrived = true;
     }
 
     fn absorb_snapshot(&mut self, snapshot: Arc<Snapshot>) {

@@ -392,8 +392,8 @@ verbs! {
         "Show the odds of each table for the point under the pointer: what the sampler draws its label from";
 
     ToggleLeftPanel: Window, plain(Key::Function(2)), "Left panel", "Show or hide the shape, the run and its parameters";
-    ToggleRightPanel: Window, plain(Key::Function(3)), "Right panel", "Show or hide the layers and the primitives";
-    ToggleBottomPanel: Window, plain(Key::Function(4)), "Bottom panel", "Show or hide the progress, the figures and the plots";
+    ToggleRightPanel: Window, plain(Key::Function(3)), "Right panel", "Show or hide the list of primitives and the numbers of the selected one";
+    ToggleBottomPanel: Window, plain(Key::Function(4)), "Bottom panel", "Show or hide the timeline, the branches, the curves and the figures";
     ToggleLog: Window, plain(Key::Char('L')), "Log", "Everything that happened, newest first";
     ClearLog: Window, None, "Clear log", "Empty the log";
     ZoomIn: Window, ctrl('+'), "Larger", "Draw the whole interface larger";

@@ -5,7 +5,7 @@
 //! A drag is told by where it began and where it is, always from the primitive
 //! as it was when the drag began: nothing adds up, and going back undoes it.
 
-use nalgebra::{Point3, Rotation3, Unit, Vector2, Vector3};
+use nalgebra::{Point3, Rotation3, Unit, UnitQuaternion, Vector2, Vector3};
 
 use super::camera::Camera;
 use crate::geometry::Superquadric;
@@ -145,6 +145,12 @@ pub struct Gizmo {
     pub shape: Superquadric,
     pub mode: Mode,
     pub screen: Screen,
+}
+
+/// The angle of the turn from one rotation to the other, in [0, π]. (That of the
+/// matrices is not a number where rounding leaves their trace above 3.)
+pub fn angle_between(a: &Rotation3<f64>, b: &Rotation3<f64>) -> f64 {
+    UnitQuaternion::from_rotation_matrix(&(a.inverse() * b)).angle()
 }
 
 impl Gizmo {

@@ -167,6 +167,8 @@ pub struct Session {
     merges_are_exhausted: bool,
     /// Run as soon as the shape that is on its way has arrived.
     run_when_loaded: bool,
+    /// A shape has arrived since the worker was at rest.
+    has_arrived: bool,
     /// The messages that were there when the person last asked for work: what
     /// they say is over when that work succeeds.
     answered: Option<u64>,
@@ -214,6 +216,7 @@ impl Session {
             measuring: None,
             merges_are_exhausted: false,
             run_when_loaded: false,
+            has_arrived: false,
             answered: None,
         }
     }

@@ -35,6 +35,9 @@ impl Session {
                 | Verb::LastState
                 | Verb::SavePicture
                 | Verb::SaveTurntable
+                | Verb::RunSeeds
+                | Verb::ShowSeeds
+                | Verb::ShowOdds
         );
         let is_busy = !matches!(self.activity, Activity::Idle | Activity::Renewing);
         Some(match verb {
@@ -45,6 +48,7 @@ impl Session {
             Verb::StopPlaying => "Nothing is being played",
             Verb::Play if self.playback.is_playing => "It is being played",
             Verb::Play => "There are no steps to play",
+            Verb::StopSeeds => "No seeds are being run",
             Verb::Undo => "Nothing was done yet",
             Verb::Redo => "Nothing was undone",
             Verb::AcceptMerge | Verb::SkipMerge | Verb::DropMerge => "No merge is proposed",
@@ -61,6 +65,7 @@ impl Session {
             Verb::ZoomReset => "It is 100 % already",
             _ if needs_shape && self.activity == Activity::Loading => "A shape is being loaded",
             _ if needs_shape && self.loaded.is_none() => "Open a shape first",
+            Verb::RunSeeds | Verb::ShowOdds => "There is no state yet",
             Verb::Reset | Verb::FirstState | Verb::PreviousState => "It is at its start",
             Verb::NextState | Verb::LastState => "It is the newest state",
             Verb::ContinueHere => "It is the newest state: Run goes on from it",

@@ -114,8 +114,10 @@ fn a_shape_is_run_as_soon_as_it_is_there() {
     let commands = session.begin(Source::BuiltIn);
     assert!(matches!(commands.last(), Some(Command::Load { .. })));
     assert!(!session.is_enabled(Verb::Run), "while it loads");
-    let effects = session.absorb(Event::Loaded(loaded()));
+    assert!(session.absorb(Event::Loaded(loaded())).is_empty());
+    let effects = session.absorb(Event::Activity(Activity::Idle));
     assert!(matches!(effects[..], [Effect::Send(Command::Run)]));
+    assert_eq!(session.activity, Activity::Running, "there is no rest between the two");
     // Sampling anew doesn't run by itself, and leaves the camera alone.
     session.camera.orbit(1.0, 0.2);
     let camera = session.camera;
@@ -125,7 +127,8 @@ fn a_shape_is_run_as_soon_as_it_is_there() {
         cloud: Arc::clone(&session.loaded.as_ref().expect("a shape").cloud),
         sampling: SamplingOptions { points: 5, seed: 2, ..SamplingOptions::default() },
     });
-    assert!(session.absorb(Event::Loaded(again)).is_empty());
+    session.absorb(Event::Loaded(again));
+    assert!(session.absorb(Event::Activity(Activity::Idle)).is_empty());
     assert_eq!(session.camera, camera);
 }
 
@@ -139,7 +142,8 @@ fn a_failed_load_keeps_everything_and_says_so() {
     assert_eq!(session.primitives().len(), 3);
     assert!(session.messages.open_error().is_some_and(|m| m.what.contains("bad.obj")));
     // What failed to load is not run when the next thing arrives.
-    assert!(session.absorb(Event::Loaded(loaded())).is_empty());
+    session.absorb(Event::Loaded(loaded()));
+    assert!(session.absorb(Event::Activity(Activity::Idle)).is_empty());
     assert!(session.messages.open_error().is_none(), "a shape that loads closes the error box");
 }
 

@@ -138,7 +138,8 @@ impl ColorBy {
             }
             Self::SurfaceDistance => {
                 "Painted on the primitives: the distance from each place of their surfaces to the input, \
-                 exact to a mesh, to the nearest point of a cloud, in the file's units"
+                 exact to a mesh, to the nearest point of a cloud, in the file's units; points are not shown \
+                 meanwhile"
             }
             Self::Uncertainty => {
                 "How often the label z of each point changed over the last states: the entropy of its \

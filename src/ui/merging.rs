@@ -72,7 +72,7 @@ fn card(ui: &mut Ui, session: &Session, proposal: &MergeProposal, actions: &mut 
     ui.add(Label::new(sentence(&proposal.reason)).wrap());
     ui.add_space(6.0);
     for number in &proposal.numbers {
-        row(ui, number);
+        row(ui, number, domain(number, &proposal.numbers));
     }
     ui.add_space(8.0);
     ui.horizontal(|ui| {
@@ -93,8 +93,9 @@ fn sentence(text: &str) -> String {
     if text.ends_with('.') { text } else { format!("{text}.") }
 }
 
-/// A number of the test, as a bar against what it is held against.
-fn row(ui: &mut Ui, number: &TestNumber) {
+/// A number of the test, as a bar against what it is held against, which spans
+/// from the one to the other number.
+fn row(ui: &mut Ui, number: &TestNumber, (low, high): (f64, f64)) {
     let palette = Palette::of(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), theme::ROW), Sense::hover());
     describe(&response, number);
@@ -117,7 +118,6 @@ fn row(ui: &mut Ui, number: &TestNumber) {
 
     let track =
         Rect::from_x_y_ranges(rect.left() + NAMES..=rect.right() - VALUES, middle - 3.0..=middle + 3.0);
-    let (low, high) = domain(number);
     let at = |v: f64| track.left() + track.width() * ((v - low) / (high - low)).clamp(0.0, 1.0) as f32;
     painter.rect_filled(track, 3.0, ui.visuals().widgets.inactive.bg_fill);
     let (from, to) = (at(0.0), at(number.value));
@@ -148,10 +148,18 @@ fn describe(response: &Response, number: &TestNumber) {
     response.clone().on_hover_text(tooltip);
 }
 
-/// What a bar spans: 0, the value and the threshold, with room at the end.
-fn domain(number: &TestNumber) -> (f64, f64) {
-    let marks =
-        [0.0, number.value, number.threshold.unwrap_or(0.0)].map(|v| if v.is_finite() { v } else { 0.0 });
+/// What a bar spans: 0, the value and the threshold, with room at the end; where
+/// there is no threshold the values of the others without one, too, so that
+/// they can be compared.
+fn domain(number: &TestNumber, all: &[TestNumber]) -> (f64, f64) {
+    let is_like =
+        |n: &&TestNumber| number.threshold.is_none() && n.threshold.is_none() && n.unit == number.unit;
+    let others = all.iter().filter(is_like).map(|n| n.value);
+    let marks: Vec<f64> = [0.0, number.value, number.threshold.unwrap_or(0.0)]
+        .into_iter()
+        .chain(others)
+        .map(|v| if v.is_finite() { v } else { 0.0 })
+        .collect();
     let low = marks.iter().copied().fold(0.0, f64::min);
     let high = marks.iter().copied().fold(0.0, f64::max);
     let room = 0.15 * (high - low);
@@ -167,14 +175,15 @@ fn figure(value: f64) -> String {
         return "–".to_owned();
     }
     let size = value.abs();
-    if size == 0.0 {
+    let text = if size == 0.0 {
         "0".to_owned()
-    } else if (0.01..1000.0).contains(&size) {
-        let before = if size >= 1.0 { size.log10().floor() as usize + 1 } else { 0 };
-        format!("{value:.*}", 3_usize.saturating_sub(before))
+    } else if (1e-3..1000.0).contains(&size) {
+        let before = size.log10().floor() as i32 + 1;
+        format!("{size:.*}", usize::try_from(3 - before).unwrap_or(0))
     } else {
-        format!("{value:.2e}")
-    }
+        format!("{size:.2e}").replace("e-", "e−")
+    };
+    if value < 0.0 { format!("−{text}") } else { text }
 }
 
 #[cfg(test)]
@@ -194,7 +203,7 @@ mod tests {
                 is_good: None,
                 meaning: String::new(),
             };
-            let (low, high) = domain(&number);
+            let (low, high) = domain(&number, std::slice::from_ref(&number));
             assert!(low <= 0.0 && high > low && high >= 0.0);
             for mark in [value, threshold.unwrap_or(0.0)] {
                 assert!(mark.is_nan() || (low..=high).contains(&mark), "{value} {threshold:?}");
@@ -207,7 +216,8 @@ mod tests {
         assert_eq!(figure(0.7), "0.700");
         assert_eq!(figure(12.345), "12.3");
         assert_eq!(figure(0.0), "0");
-        assert_eq!(figure(1.5e-5), "1.50e-5");
+        assert_eq!(figure(-0.003_58), "−0.00358");
+        assert_eq!(figure(1.5e-5), "1.50e−5");
         assert_eq!(sentence("it fits"), "It fits.");
     }
 }

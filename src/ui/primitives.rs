@@ -12,6 +12,9 @@ mod theta;
 
 pub(super) use inspector::swatch;
 
+/// Height of the numbers and buttons of one primitive, in logical pixels.
+const USUAL_HEIGHT: f32 = 300.0;
+
 /// What the panel remembers besides the session.
 #[derive(Debug, Default)]
 pub(super) struct Primitives {
@@ -25,7 +28,9 @@ impl Primitives {
     pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, height: f32, actions: &mut Vec<Action>) {
         let bottom = ui.cursor().top() + height;
         let has_selection = inspector::has_something(session);
-        let reserved = if has_selection { self.selection_height } else { 0.0 };
+        // What was never shown is about as high as the numbers of one primitive.
+        let expected = if self.selection_height > 0.0 { self.selection_height } else { USUAL_HEIGHT };
+        let reserved = if has_selection { expected } else { 0.0 };
         self.list.show(ui, session, bottom - reserved, actions);
         if has_selection {
             let top = ui.cursor().top();

@@ -114,7 +114,8 @@ fn a_change_that_comes_too_early_is_made_up_for() {
     session.apply(Action::OpenFile("next.ply".into()));
     let effects = turn(&mut session, 3.0);
     assert!(matches!(effects[..], [Effect::Send(Command::SetParams(_))]), "it does not stop the reading");
-    let effects = session.absorb(Event::Loaded(loaded()));
+    session.absorb(Event::Loaded(loaded()));
+    let effects = session.absorb(Event::Activity(Activity::Idle));
     assert_eq!(renewal(&effects).map(|(setup, _)| setup.params.alpha), Some(3.0));
     assert!(session.absorb(Event::Activity(Activity::Idle)).is_empty(), "once is enough");
 }

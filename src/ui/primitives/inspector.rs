@@ -88,8 +88,7 @@ fn several(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     ui.label(RichText::new(format!("{} points", count(total))).color(Palette::of(ui).weak));
     ui.add_space(3.0);
     if session.selection.len() == 2 {
-        let width = ui.available_width();
-        verb_button(ui, session, Verb::JudgeMerge, width, actions);
+        wide_button(ui, session, Verb::JudgeMerge, actions);
     }
     let all_locked = chosen().all(|p| p.locked);
     buttons(
@@ -118,8 +117,7 @@ fn points(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     }
     ui.add_space(3.0);
     buttons(ui, session, &[(Verb::NewCluster, "New cluster"), (Verb::ReleasePoints, "Release")], actions);
-    let width = ui.available_width();
-    verb_button(ui, session, Verb::BelongTogether, width, actions);
+    wide_button(ui, session, Verb::BelongTogether, actions);
 }
 
 /// What can be changed by handles in the view.
@@ -141,6 +139,14 @@ fn handles(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut 
                 }
             }
         });
+    });
+}
+
+fn wide_button(ui: &mut Ui, session: &Session, verb: Verb, actions: &mut Vec<Action>) {
+    // In a row the text is in the middle.
+    ui.horizontal(|ui| {
+        let width = ui.available_width();
+        verb_button(ui, session, verb, width, actions);
     });
 }
 
@@ -170,24 +176,26 @@ fn short_button(ui: &mut Ui, session: &Session, verb: Verb, text: &str, width: f
 fn merge_with(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<Action>) {
     let can = session.can_edit() && !primitive.locked && session.primitives().len() > 1;
     ui.add_enabled_ui(can, |ui| {
-        let width = ui.available_width();
-        let button = Button::new("Merge with…").min_size(vec2(width, theme::ROW));
-        let (response, _) = egui::containers::menu::MenuButton::from_button(button).ui(ui, |ui| {
-            for other in nearest(session, primitive) {
-                let row = ui.horizontal(|ui| {
-                    swatch(ui, session, other.id);
-                    let text = format!("Primitive {}, {} points", other.id, count(other.points));
-                    ui.add(Button::new(text).frame(false)).clicked()
-                });
-                if row.inner {
-                    actions.push(Action::ProposeMergeOf(primitive.id, other.id));
-                    ui.close();
+        ui.horizontal(|ui| {
+            let width = ui.available_width();
+            let button = Button::new("Merge with…").min_size(vec2(width, theme::ROW));
+            let (response, _) = egui::containers::menu::MenuButton::from_button(button).ui(ui, |ui| {
+                for other in nearest(session, primitive) {
+                    let row = ui.horizontal(|ui| {
+                        swatch(ui, session, other.id);
+                        let text = format!("Primitive {}, {} points", other.id, count(other.points));
+                        ui.add(Button::new(text).frame(false)).clicked()
+                    });
+                    if row.inner {
+                        actions.push(Action::ProposeMergeOf(primitive.id, other.id));
+                        ui.close();
+                    }
                 }
-            }
+            });
+            response
+                .on_hover_text("Choose another one, and see what the test says of one primitive for both")
+                .on_disabled_hover_text("There is none that it can be merged with, or it is locked");
         });
-        response
-            .on_hover_text("Choose another one, and see what the test says of one primitive for both")
-            .on_disabled_hover_text("There is none that it can be merged with, or it is locked");
     });
 }
 

@@ -72,6 +72,9 @@ pub(super) struct List {
     anchor: Option<u32>,
     /// The other end of that range.
     tip: Option<u32>,
+    /// The primitive, by id, that was selected alone, and the height of the rows
+    /// then: where one of them changes, its row is scrolled to.
+    seen: Option<(u32, f32)>,
 }
 
 impl List {
@@ -96,8 +99,13 @@ impl List {
         }
         let target = self.step(ui, &order, actions);
         let height = (bottom - ui.cursor().top()).max(FEWEST_ROWS * theme::ROW);
+        let selected = session.selected_primitive().map(|p| (p.id, height));
+        let is_new = selected.is_some() && selected != self.seen;
+        self.seen = selected;
+        let row_of = |(id, _)| order.iter().position(|p| p.id == id);
+        let target = target.or_else(|| selected.filter(|_| is_new).and_then(row_of));
         let pitch = theme::ROW + ui.spacing().item_spacing.y;
-        ScrollArea::vertical().auto_shrink([false, true]).max_height(height).show_rows(
+        ScrollArea::vertical().auto_shrink([false, true]).animated(false).max_height(height).show_rows(
             ui,
             theme::ROW,
             order.len(),

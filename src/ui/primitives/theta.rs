@@ -126,7 +126,8 @@ impl Line {
             _ if !value.is_finite() => "–".to_owned(),
             Self::Exponents | Self::Taper => format!("{value:.3}"),
             Self::SemiAxes | Self::Center => length(value),
-            Self::Rotation => format!("{value:.1}°"),
+            // A turn by next to nothing has no sign.
+            Self::Rotation => format!("{:.1}°", if value.abs() < 0.05 { 0.0 } else { value }),
         }
     }
 }

@@ -5,7 +5,7 @@ use egui::Ui;
 use crate::render::{CameraMatrices, Frame, Grid, Layers, SceneTheme, SurfaceStyle};
 use crate::session::camera::Camera;
 use crate::session::scalar::round_down;
-use crate::session::view::{self, Layer};
+use crate::session::view::{self, ColorBy, Layer};
 use crate::ui::scene::SceneView;
 use crate::ui::theme;
 
@@ -34,7 +34,8 @@ pub(super) fn sized(
         pixels_per_point,
         layers: Layers {
             input: settings.shows(Layer::Input),
-            points: settings.shows(Layer::Points),
+            // What is told on the surfaces is not hidden behind points.
+            points: settings.shows(Layer::Points) && settings.color_by != ColorBy::SurfaceDistance,
             primitives: settings.shows(Layer::Primitives),
             grid: settings.shows(Layer::Grid) && view.loaded.is_some(),
             lines: false,

@@ -9,7 +9,7 @@ use super::Viewport;
 use crate::geometry::Superquadric;
 use crate::session::action::Action;
 use crate::session::camera::Camera;
-use crate::session::gizmo::{Gizmo, Handle};
+use crate::session::gizmo::{Gizmo, Handle, angle_between};
 use crate::session::shaping::{ShapeDraft, round_step, snapped};
 use crate::ui::scene::SceneView;
 use crate::ui::theme::Palette;
@@ -100,7 +100,7 @@ fn reading(handle: Handle, start: &Superquadric, now: &Superquadric) -> String {
             format!("moved by {}", length(step.norm()))
         }
         Handle::RotateAxis(_) | Handle::RotateView => {
-            format!("turned by {:.1}°", start.rotation.angle_to(&now.rotation).to_degrees())
+            format!("turned by {:.1}°", angle_between(&start.rotation, &now.rotation).to_degrees())
         }
         Handle::ScaleAxis(axis) => format!("a{} {}", ["x", "y", "z"][axis], length(now.semi_axes[axis])),
         Handle::ScaleUniform => format!("× {:.3}", now.semi_axes.x / start.semi_axes.x),

@@ -14,7 +14,9 @@ use crate::ui::theme::{self, Palette, data_color};
 use crate::ui::widgets::{length, tooltip};
 
 /// Logical pixels.
-const BAR: egui::Vec2 = vec2(12.0, 116.0);
+const BAR: f32 = 12.0;
+/// Least and largest height of the bar.
+const HEIGHT: (f32, f32) = (52.0, 116.0);
 const PADDING: f32 = 9.0;
 const WIDTH: f32 = 178.0;
 /// From the viewport's corner, above what is written along its lower edge.
@@ -42,7 +44,7 @@ struct Bar<'a> {
 /// The panel in the lower right corner; `None` where there is no room.
 fn panel(ui: &mut Ui, rect: Rect, height: f32) -> Option<(Rect, Ui)> {
     let size = vec2(WIDTH + 2.0 * PADDING, height + 2.0 * PADDING);
-    if size.x + 20.0 > rect.width() || size.y + 130.0 > rect.height() {
+    if size.x + CORNER.x > rect.width() || size.y + CORNER.y > rect.height() {
         return None;
     }
     let panel = Rect::from_min_size(rect.right_bottom() - size - CORNER, size);
@@ -72,7 +74,9 @@ fn bar(ui: &mut Ui, view: &View, bar: &Bar<'_>, rect: Rect, actions: &mut Vec<Ac
     let has_window = view.color_by == ColorBy::Uncertainty;
     let row = theme::ROW + 4.0;
     let controls = if has_window { 2.0 * row } else { row };
-    let Some((panel, mut ui)) = panel(ui, rect, 20.0 + BAR.y + 10.0 + controls) else { return };
+    // In a low view it leaves the axes in the other corner free.
+    let height = (rect.height() - 224.0 - controls).clamp(HEIGHT.0, HEIGHT.1);
+    let Some((panel, mut ui)) = panel(ui, rect, 20.0 + height + 10.0 + controls) else { return };
     let ui = &mut ui;
     let (low, high) = bar.range;
     let unit = match bar.unit {
@@ -83,7 +87,8 @@ fn bar(ui: &mut Ui, view: &View, bar: &Bar<'_>, rect: Rect, actions: &mut Vec<Ac
     heading.on_hover_text(format!("{}. Numbers are {unit}; grey is without one", view.color_by.tooltip()));
 
     let palette = Palette::of(ui);
-    let strip = Rect::from_min_size(pos2(panel.left() + PADDING, panel.top() + PADDING + 22.0), BAR);
+    let strip =
+        Rect::from_min_size(pos2(panel.left() + PADDING, panel.top() + PADDING + 22.0), vec2(BAR, height));
     let response = ui.interact(strip.expand(3.0), ui.scope_id().with("bar"), Sense::drag());
     let (from, to) = (length(f64::from(low)), length(f64::from(high)));
     let label = format!("{} from {from} to {to}", bar.title);

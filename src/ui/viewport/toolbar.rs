@@ -60,7 +60,7 @@ fn color_by(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         |loaded| matches!(&loaded.shape.geometry, ShapeGeometry::Cloud(cloud) if cloud.colors.is_some()),
     );
     let combo =
-        ComboBox::from_id_salt("colour by").selected_text(present.text()).width(116.0).show_ui(ui, |ui| {
+        ComboBox::from_id_salt("colour by").selected_text(present.text()).width(100.0).show_ui(ui, |ui| {
             for by in ColorBy::ALL {
                 let is_there = by != ColorBy::Input || has_colors;
                 let item = ui.add_enabled(is_there, Button::selectable(by == present, by.text()));
@@ -79,7 +79,7 @@ fn color_by(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
 fn surface_style(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     let present = session.view.surface_style;
     let combo =
-        ComboBox::from_id_salt("surface style").selected_text(present.text()).width(96.0).show_ui(ui, |ui| {
+        ComboBox::from_id_salt("surface style").selected_text(present.text()).width(84.0).show_ui(ui, |ui| {
             for style in SurfaceStyle::ALL {
                 if ui.selectable_label(style == present, style.text()).clicked() {
                     actions.push(Action::SetSurfaceStyle(style));
@@ -92,7 +92,7 @@ fn surface_style(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
 /// What is shown at all.
 fn shown(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     // Room for the mark that a menu opens.
-    let menu = ui.menu_button("Show     ", |ui| {
+    let menu = ui.menu_button("Show    ", |ui| {
         for layer in Layer::ALL {
             let mut on = session.view.shows(layer);
             if ui.checkbox(&mut on, layer.text()).clicked() {
