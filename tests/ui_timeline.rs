@@ -221,6 +221,8 @@ fn the_edit_menu_says_what_is_undone_and_goes_back_several_steps() {
         .max_by_key(|id| driver.session().primitives().iter().find(|p| p.id == **id).map_or(0, |p| p.points))
         .unwrap();
     driver.press(&format!("Primitive {first}"));
+    // The list makes room for the numbers.
+    driver.harness.run_steps(4);
     driver.toggle(&format!("Primitive {first} in the viewport"));
     driver.press("Edit");
     // The shortcut is a part of the entry.

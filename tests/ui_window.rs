@@ -110,6 +110,8 @@ fn a_primitive_is_selected_inspected_and_hidden() {
     for label in ["Exponents ε", "Semi-axes a", "Centre t", "Rotation R", "Taper k", "Noise σ"] {
         assert!(driver.shows(label), "{label}");
     }
+    // The list makes room for the numbers.
+    driver.harness.run_steps(4);
     driver.toggle(&format!("{row} in the viewport"));
     assert!(driver.session().hidden.contains(&id));
     driver.press("Show all");
