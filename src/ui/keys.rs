@@ -14,6 +14,8 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
     let types = ctx.text_edit_focused();
     // These belong to a widget that was reached by the keyboard.
     let focused = ctx.memory(|memory| memory.focused().is_some());
+    // Escape closes an open menu, and nothing else.
+    let has_menu = egui::Popup::is_any_open(ctx);
     ctx.input(|input| {
         for event in &input.events {
             let egui::Event::Key { key, pressed: true, repeat, modifiers, .. } = event else {
@@ -24,6 +26,9 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
                 continue;
             }
             let Some(key) = translate(*key) else { continue };
+            if has_menu && key == Key::Escape {
+                continue;
+            }
             // Typing into a field presses only what no text is made of.
             if types && !matches!(key, Key::Function(_)) && !is_for_the_window(key, *modifiers) {
                 continue;
