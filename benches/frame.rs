@@ -13,7 +13,7 @@ use glam::{Vec2, Vec3};
 use nalgebra::Point3;
 use superform::geometry::palette::Colors;
 use superform::geometry::{SamplingOptions, Superquadric, scatter_mesh};
-use superform::io::{self, PointCloud, Shape, ShapeGeometry};
+use superform::io::{self, Attributes, PointCloud, Shape, ShapeGeometry};
 use superform::render::picking::pick;
 use superform::render::{
     CameraMatrices, Frame, Highlight, PickScene, PointIndex, PrimitiveInstance, RenderOptions, Renderer,
@@ -33,7 +33,8 @@ fn loaded() -> LoadedShape {
     let shape = Shape {
         name: "chair".to_owned(),
         path: None,
-        geometry: ShapeGeometry::Cloud(PointCloud { points, colors: None }),
+        geometry: ShapeGeometry::Cloud(PointCloud { points }),
+        attributes: Attributes::default(),
         notes: Vec::new(),
     };
     let sampling = SamplingOptions::default();

@@ -46,7 +46,7 @@ const FALLBACK_FOLDER: &str = "superform-out";
 /// display, does the same job without one and leaves the results in
 /// ./superform-out.
 #[derive(Debug, Parser)]
-#[command(name = "superform", version, max_term_width = 100, args_conflicts_with_subcommands = true)]
+#[command(name = "superform", version = env!("SUPERFORM_VERSION"), max_term_width = 100, args_conflicts_with_subcommands = true)]
 pub struct Cli {
     #[command(subcommand)]
     command: Option<Command>,

@@ -10,7 +10,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use serde_json::{Value, json};
 use superform::geometry::metrics::{MetricOptions, Metrics, evaluate};
 use superform::geometry::{Superquadric, TriMesh};
-use superform::io::{self, Shape, ShapeGeometry};
+use superform::io::{self, Attributes, Shape, ShapeGeometry};
 
 fn data() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/evaluation")
@@ -209,7 +209,8 @@ fn a_hollow_thing_is_also_measured_as_a_solid() {
         taper: [0.0, 0.0],
     };
     let geometry = ShapeGeometry::Mesh(mesh);
-    let shape = Shape { name: "bottle".to_owned(), path: None, geometry, notes: Vec::new() };
+    let (name, attributes) = ("bottle".to_owned(), Attributes::default());
+    let shape = Shape { name, path: None, geometry, attributes, notes: Vec::new() };
     let found = evaluate(&[body], None, &io::reference(&shape, &MetricOptions::default()).unwrap());
     assert!(found.iou.is_none_or(|iou| iou < 0.25), "{found:?}");
     assert!(found.iou_outside.unwrap() > 0.95, "{found:?}");

@@ -37,6 +37,26 @@ impl Element for u32 {
     }
 }
 
+impl Element for f32 {
+    const SIZE: usize = 4;
+    fn put(&self, out: &mut Vec<u8>) {
+        out.extend_from_slice(&self.to_le_bytes());
+    }
+    fn get(bytes: &[u8]) -> Self {
+        Self::from_bits(u32::get(bytes))
+    }
+}
+
+impl Element for i64 {
+    const SIZE: usize = 8;
+    fn put(&self, out: &mut Vec<u8>) {
+        out.extend_from_slice(&self.to_le_bytes());
+    }
+    fn get(bytes: &[u8]) -> Self {
+        f64::get(bytes).to_bits() as Self
+    }
+}
+
 impl Element for f64 {
     const SIZE: usize = 8;
     fn put(&self, out: &mut Vec<u8>) {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::raw::Raw;
 use crate::geometry::{NO_SAMPLE, SampleCloud, SampledPart, SamplingOptions, TriMesh};
-use crate::io::{PointCloud, Shape, ShapeGeometry};
+use crate::io::{Attributes, PointCloud, Shape, ShapeGeometry};
 
 /// A shape as it was read.
 #[derive(Debug, Serialize, Deserialize)]
@@ -18,13 +18,31 @@ pub(super) struct ShapeEntry<'a> {
     path: Option<Cow<'a, str>>,
     notes: Cow<'a, [String]>,
     geometry: GeometryEntry<'a>,
+    /// Not in files of the first releases, which keep the colours of a cloud
+    /// with its points.
+    #[serde(default)]
+    attributes: AttributesEntry<'a>,
+}
+
+#[derive(Debug, Default, Serialize, Deserialize)]
+struct AttributesEntry<'a> {
+    colors: Option<Raw<'a, [u8; 3]>>,
+    normals: Option<Raw<'a, [f32; 3]>>,
+    labels: Option<Raw<'a, i64>>,
 }
 
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 enum GeometryEntry<'a> {
-    Mesh { vertices: Raw<'a, Point3<f64>>, faces: Raw<'a, [u32; 3]> },
-    Cloud { points: Raw<'a, Point3<f64>>, colors: Option<Raw<'a, [u8; 3]>> },
+    Mesh {
+        vertices: Raw<'a, Point3<f64>>,
+        faces: Raw<'a, [u32; 3]>,
+    },
+    Cloud {
+        points: Raw<'a, Point3<f64>>,
+        #[serde(default)]
+        colors: Option<Raw<'a, [u8; 3]>>,
+    },
 }
 
 impl<'a> From<&'a Shape> for ShapeEntry<'a> {
@@ -37,10 +55,14 @@ impl<'a> From<&'a Shape> for ShapeEntry<'a> {
                 ShapeGeometry::Mesh(mesh) => {
                     GeometryEntry::Mesh { vertices: Raw::of(&mesh.vertices), faces: Raw::of(&mesh.faces) }
                 }
-                ShapeGeometry::Cloud(cloud) => GeometryEntry::Cloud {
-                    points: Raw::of(&cloud.points),
-                    colors: cloud.colors.as_deref().map(Raw::of),
-                },
+                ShapeGeometry::Cloud(cloud) => {
+                    GeometryEntry::Cloud { points: Raw::of(&cloud.points), colors: None }
+                }
+            },
+            attributes: AttributesEntry {
+                colors: shape.attributes.colors.as_deref().map(Raw::of),
+                normals: shape.attributes.normals.as_deref().map(Raw::of),
+                labels: shape.attributes.labels.as_deref().map(Raw::of),
             },
         }
     }
@@ -49,26 +71,35 @@ impl<'a> From<&'a Shape> for ShapeEntry<'a> {
 impl ShapeEntry<'_> {
     /// The shape, if it is one.
     pub(super) fn checked(self) -> Result<Shape, &'static str> {
-        let geometry = match self.geometry {
+        let mut attributes = Attributes {
+            colors: self.attributes.colors.map(Raw::into_vec),
+            normals: self.attributes.normals.map(Raw::into_vec),
+            labels: self.attributes.labels.map(Raw::into_vec),
+        };
+        let (geometry, count) = match self.geometry {
             GeometryEntry::Mesh { vertices, faces } => {
                 let mesh = TriMesh { vertices: vertices.into_vec(), faces: faces.into_vec() };
                 if mesh.faces.iter().flatten().any(|&i| i as usize >= mesh.vertices.len()) {
                     return Err("has a face without its corners");
                 }
-                ShapeGeometry::Mesh(mesh)
+                let count = mesh.vertices.len();
+                (ShapeGeometry::Mesh(mesh), count)
             }
             GeometryEntry::Cloud { points, colors } => {
-                let cloud = PointCloud { points: points.into_vec(), colors: colors.map(Raw::into_vec) };
-                if cloud.colors.as_ref().is_some_and(|c| c.len() != cloud.points.len()) {
-                    return Err("has not one colour a point");
-                }
-                ShapeGeometry::Cloud(cloud)
+                let cloud = PointCloud { points: points.into_vec() };
+                attributes.colors = attributes.colors.or(colors.map(Raw::into_vec));
+                let count = cloud.points.len();
+                (ShapeGeometry::Cloud(cloud), count)
             }
         };
+        if !attributes.fit(count) {
+            return Err("has not one colour, normal or label a point");
+        }
         Ok(Shape {
             name: self.name.into_owned(),
             path: self.path.map(|path| PathBuf::from(path.into_owned())),
             geometry,
+            attributes,
             notes: self.notes.into_owned(),
         })
     }

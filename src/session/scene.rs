@@ -197,7 +197,7 @@ pub fn shown_colors(
         }
     }
     let in_file = match (&loaded.shape.geometry, paint) {
-        (ShapeGeometry::Cloud(cloud), Paint::Input) => cloud.colors.as_deref(),
+        (ShapeGeometry::Cloud(_), Paint::Input) => loaded.shape.attributes.colors.as_deref(),
         _ => None,
     };
     let Some(map) = &loaded.cloud.sample_of_input else { return of_samples };

@@ -7,7 +7,7 @@ use super::*;
 use crate::geometry::{SampleCloud, Superquadric};
 use crate::inference::Checkpoint;
 use crate::inference::{Abstraction, Figures, MergeReport, Method, Occurrence, checkpoint};
-use crate::io::{PointCloud, Shape, ShapeGeometry};
+use crate::io::{Attributes, PointCloud, Shape, ShapeGeometry};
 use crate::worker::{Cause, Event};
 
 mod hand;
@@ -17,8 +17,9 @@ mod playback;
 fn loaded() -> Arc<LoadedShape> {
     let points: Vec<_> = (0..9).map(|i| Point3::new(f64::from(i), f64::from(i % 3), 0.5)).collect();
     let cloud = Arc::new(SampleCloud::from_points(&points));
-    let geometry = ShapeGeometry::Cloud(PointCloud { points, colors: None });
-    let shape = Arc::new(Shape { name: "nine".to_owned(), path: None, geometry, notes: Vec::new() });
+    let geometry = ShapeGeometry::Cloud(PointCloud { points });
+    let (name, attributes) = ("nine".to_owned(), Attributes::default());
+    let shape = Arc::new(Shape { name, path: None, geometry, attributes, notes: Vec::new() });
     Arc::new(LoadedShape { generation: 1, shape, cloud, sampling: SamplingOptions::default() })
 }
 

@@ -32,7 +32,7 @@ pub(crate) fn mesh(shape: Shape) -> (Vec<Point3<f64>>, Vec<[u32; 3]>) {
 /// Points and colours of a shape that must be a cloud.
 pub(crate) fn cloud(shape: Shape) -> (Vec<Point3<f64>>, Option<Vec<[u8; 3]>>) {
     match shape.geometry {
-        ShapeGeometry::Cloud(cloud) => (cloud.points, cloud.colors),
+        ShapeGeometry::Cloud(cloud) => (cloud.points, shape.attributes.colors),
         ShapeGeometry::Mesh(_) => panic!("{} is a mesh", shape.name),
     }
 }

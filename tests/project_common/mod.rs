@@ -10,7 +10,7 @@ use nalgebra::Point3;
 use superform::geometry::palette::Colors;
 use superform::geometry::{SamplingOptions, TriMesh};
 use superform::inference::{Algorithm, Cancel, Params, Run};
-use superform::io::{self, PointCloud, Shape, ShapeGeometry};
+use superform::io::{self, Attributes, PointCloud, Shape, ShapeGeometry};
 use superform::project;
 use superform::session::camera::Camera;
 use superform::session::document::Document;
@@ -49,8 +49,8 @@ fn mesh() -> ShapeGeometry {
     ShapeGeometry::Mesh(TriMesh { vertices, faces: faces.to_vec() })
 }
 
-/// Points on a cylinder and one that is not finite, with colours.
-fn cloud() -> ShapeGeometry {
+/// Points on a cylinder and one that is not finite, with colours, normals and labels.
+fn cloud() -> (ShapeGeometry, Attributes) {
     let mut points: Vec<Point3<f64>> = (0..260)
         .map(|i| {
             let (turn, height) = (f64::from(i % 20), f64::from(i / 20));
@@ -60,16 +60,21 @@ fn cloud() -> ShapeGeometry {
         .collect();
     points.push(Point3::new(f64::NAN, 0.0, 1.0));
     let colors = (0..points.len()).map(|i| [i as u8, 7, 255 - i as u8]).collect();
-    ShapeGeometry::Cloud(PointCloud { points, colors: Some(colors) })
+    let normals = (0..points.len()).map(|i| [0.5, -1.0, i as f32]).collect();
+    let labels = (0..points.len()).map(|i| i as i64 - 3).collect();
+    let attributes = Attributes { colors: Some(colors), normals: Some(normals), labels: Some(labels) };
+    (ShapeGeometry::Cloud(PointCloud { points }), attributes)
 }
 
 impl Material {
     /// A run of the algorithm, made as far as it goes or `most` states.
     pub(crate) fn new(generation: u64, is_mesh: bool, algorithm: Algorithm, most: usize) -> Self {
+        let (geometry, attributes) = if is_mesh { (mesh(), Attributes::default()) } else { cloud() };
         let shape = Shape {
             name: if is_mesh { "box.obj".to_owned() } else { "pipe.xyz".to_owned() },
             path: is_mesh.then(|| "shapes/box.obj".into()),
-            geometry: if is_mesh { mesh() } else { cloud() },
+            geometry,
+            attributes,
             notes: vec!["left out 1 face without an area".to_owned()],
         };
         let sampling = SamplingOptions { points: 200, seed: generation, ..SamplingOptions::default() };
@@ -193,6 +198,7 @@ fn assert_same_shape(a: &LoadedShape, b: &LoadedShape) {
     assert_eq!((a.sampling, &a.shape.name, &a.shape.path), (b.sampling, &b.shape.name, &b.shape.path));
     assert_eq!(a.cloud, b.cloud);
     assert_eq!(a.shape.notes, b.shape.notes);
+    assert_eq!(a.shape.attributes, b.shape.attributes);
     match (&a.shape.geometry, &b.shape.geometry) {
         (ShapeGeometry::Mesh(a), ShapeGeometry::Mesh(b)) => assert_eq!(a, b),
         (ShapeGeometry::Cloud(a), ShapeGeometry::Cloud(b)) => {
@@ -200,7 +206,6 @@ fn assert_same_shape(a: &LoadedShape, b: &LoadedShape) {
                 cloud.points.iter().flat_map(|p| p.iter().map(|c| c.to_bits()).collect::<Vec<_>>()).collect()
             };
             assert_eq!(bits(a), bits(b));
-            assert_eq!(a.colors, b.colors);
         }
         _ => panic!("a mesh became a cloud, or the other way round"),
     }

@@ -56,9 +56,10 @@ pub(in crate::ui) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Acti
 
 fn color_by(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     let present = session.view.color_by;
-    let has_colors = session.loaded.as_ref().is_some_and(
-        |loaded| matches!(&loaded.shape.geometry, ShapeGeometry::Cloud(cloud) if cloud.colors.is_some()),
-    );
+    let has_colors = session.loaded.as_ref().is_some_and(|loaded| {
+        let shape = &loaded.shape;
+        matches!(shape.geometry, ShapeGeometry::Cloud(_)) && shape.attributes.colors.is_some()
+    });
     let combo =
         ComboBox::from_id_salt("colour by").selected_text(present.text()).width(100.0).show_ui(ui, |ui| {
             for by in ColorBy::ALL {

@@ -4,8 +4,8 @@
 
 use nalgebra::Point3;
 
-use super::error::Fault;
 use super::raw::Raw;
+use crate::io::error::Fault;
 use header::{Element, Encoding, Header, Kind, Scalar};
 use values::{AsciiValues, BinaryValues, Values};
 
@@ -78,7 +78,7 @@ fn read_vertices(element: &Element, values: &mut impl Values, raw: &mut Raw) -> 
             colors.push(rgb.map(|p| to_byte(p, row[p])));
         }
     }
-    raw.colors = (!colors.is_empty()).then_some(colors);
+    raw.attributes.colors = (!colors.is_empty()).then_some(colors);
     Ok(())
 }
 

@@ -3,17 +3,18 @@
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use super::error::Fault;
 use super::text::counted;
-use super::{PointCloud, ShapeGeometry};
 use crate::geometry::TriMesh;
 use crate::geometry::mesh::has_area;
+use crate::io::error::Fault;
+use crate::io::{Attributes, PointCloud, Shape, ShapeGeometry};
 
 /// A shape as a parser found it, unchecked.
 #[derive(Debug, Default)]
 pub(super) struct Raw {
     pub(super) points: Vec<Point3<f64>>,
-    pub(super) colors: Option<Vec<[u8; 3]>>,
+    /// One entry a point.
+    pub(super) attributes: Attributes,
     pub(super) triangles: Vec<[u32; 3]>,
     /// Faces whose indices point nowhere, which the parser left out.
     pub(super) faces_out_of_range: usize,
@@ -23,12 +24,12 @@ pub(super) struct Raw {
 impl Raw {
     /// Tells mesh from cloud, and leaves out what no surface can be made of,
     /// with a note.
-    pub(super) fn checked(mut self) -> Result<(ShapeGeometry, Vec<String>), Fault> {
+    pub(super) fn checked(mut self, name: String) -> Result<Shape, Fault> {
         if self.points.is_empty() {
             return Err(Fault::whole("it has no points; export the shape again"));
         }
         if self.triangles.is_empty() && self.faces_out_of_range == 0 {
-            return self.into_cloud();
+            return self.into_cloud(name);
         }
         let mesh = TriMesh {
             vertices: std::mem::take(&mut self.points),
@@ -65,12 +66,14 @@ impl Raw {
         if faces.is_empty() {
             self.notes.push("no face has an area: taken as a point cloud of its vertices".to_owned());
             self.points = mesh.vertices;
-            return self.into_cloud();
+            return self.into_cloud(name);
         }
-        Ok((ShapeGeometry::Mesh(compact(&mesh.vertices, faces)), self.notes))
+        let (mesh, kept) = compact(&mesh.vertices, faces);
+        let attributes = self.attributes.of(&kept);
+        Ok(Shape { name, path: None, geometry: ShapeGeometry::Mesh(mesh), attributes, notes: self.notes })
     }
 
-    fn into_cloud(mut self) -> Result<(ShapeGeometry, Vec<String>), Fault> {
+    fn into_cloud(mut self, name: String) -> Result<Shape, Fault> {
         let lost = self.points.iter().filter(|p| !p.iter().all(|c| c.is_finite())).count();
         if lost == self.points.len() {
             return Err(Fault::whole("none of its points has finite coordinates; export the shape again"));
@@ -80,29 +83,31 @@ impl Raw {
             self.notes
                 .push(format!("{points} a coordinate that is not a finite number and will get no label"));
         }
-        Ok((ShapeGeometry::Cloud(PointCloud { points: self.points, colors: self.colors }), self.notes))
+        let geometry = ShapeGeometry::Cloud(PointCloud { points: self.points });
+        Ok(Shape { name, path: None, geometry, attributes: self.attributes, notes: self.notes })
     }
 }
 
 /// The mesh without vertices that no face uses, which would stretch its box.
-/// The others keep their order.
-fn compact(vertices: &[Point3<f64>], mut faces: Vec<[u32; 3]>) -> TriMesh {
+/// The others keep their order; also which those are.
+fn compact(vertices: &[Point3<f64>], mut faces: Vec<[u32; 3]>) -> (TriMesh, Vec<u32>) {
     const UNUSED: u32 = u32::MAX;
     let mut renamed = vec![UNUSED; vertices.len()];
     for &i in faces.iter().flatten() {
         renamed[i as usize] = 0;
     }
     let mut kept = Vec::with_capacity(vertices.len());
-    for (name, p) in renamed.iter_mut().zip(vertices) {
+    for (i, name) in (0..).zip(renamed.iter_mut()) {
         if *name != UNUSED {
             *name = kept.len() as u32;
-            kept.push(*p);
+            kept.push(i);
         }
     }
     for i in faces.iter_mut().flatten() {
         *i = renamed[*i as usize];
     }
-    TriMesh { vertices: kept, faces }
+    let vertices = kept.iter().map(|&i| vertices[i as usize]).collect();
+    (TriMesh { vertices, faces }, kept)
 }
 
 /// Colours that were written from 0 to 1 or from 0 to 255, told from the

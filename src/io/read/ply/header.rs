@@ -1,7 +1,7 @@
 //! The header of a PLY file.
 
-use super::super::error::Fault;
-use super::super::text::quoted;
+use crate::io::error::Fault;
+use crate::io::read::text::quoted;
 
 /// A longer header is no header.
 const LONGEST: usize = 1 << 20;

@@ -11,9 +11,9 @@ use std::path::Path;
 
 use nalgebra::{Matrix4, Point3, Quaternion, UnitQuaternion, Vector3};
 
-use super::error::Fault;
 use super::raw::Raw;
 use super::text::{counted, decode};
+use crate::io::error::Fault;
 use accessors::Data;
 use schema::{Node, Primitive, Root};
 
@@ -149,7 +149,7 @@ impl<'a> Scene<'a> {
             self.raw.notes.push(format!("{meshes} in the rest position: skins are not applied"));
         }
         if !has_triangles {
-            self.raw.colors = (self.colors.len() == self.points.len()).then_some(self.colors);
+            self.raw.attributes.colors = (self.colors.len() == self.points.len()).then_some(self.colors);
             self.raw.points = self.points;
         }
         Ok(self.raw)

@@ -6,15 +6,15 @@ use std::path::{Path, PathBuf};
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use serde::Deserialize;
 
-use super::error::{Fault, ReadError};
 use super::text;
-use super::write::{PRIMITIVES_FILE, PrimitiveEntry};
 use crate::geometry::Superquadric;
 use crate::inference::Primitive;
+use crate::io::error::{Fault, ReadError};
+use crate::io::write::{PRIMITIVES_FILE, PrimitiveEntry};
 
 /// Name and version of the format, as they stand in the file.
-pub(super) const FORMAT: &str = "superform-primitives";
-pub(super) const VERSION: u32 = 1;
+pub(in crate::io) const FORMAT: &str = "superform-primitives";
+pub(in crate::io) const VERSION: u32 = 1;
 
 /// How far RᵀR may be from the identity: what is left of a rotation that was
 /// written with six digits.

@@ -1,8 +1,8 @@
 //! The numbers of a PLY file's body, one after another.
 
-use super::super::error::Fault;
-use super::super::text::{number, quoted};
 use super::header::{Element, Kind, Scalar};
+use crate::io::error::Fault;
+use crate::io::read::text::{number, quoted};
 
 /// A body that is read from front to back.
 pub(super) trait Values {

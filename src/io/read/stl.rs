@@ -10,9 +10,9 @@ use std::hash::{BuildHasherDefault, Hasher};
 
 use nalgebra::Point3;
 
-use super::error::Fault;
 use super::raw::Raw;
 use super::text::{decode, lines, number, quoted};
+use crate::io::error::Fault;
 
 /// Bytes before the first triangle of a binary file: 80 of header, 4 of count.
 const HEADER: usize = 84;

@@ -12,9 +12,10 @@ use std::fmt::Write as _;
 
 use nalgebra::Point3;
 
-use super::error::Fault;
 use super::raw::{Raw, color_bytes};
 use super::text::{lines, number, quoted};
+use crate::io::Attributes;
+use crate::io::error::Fault;
 
 const OPTIONS: tobj::LoadOptions =
     tobj::LoadOptions { single_index: false, triangulate: true, ignore_points: true, ignore_lines: true };
@@ -23,8 +24,8 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
     let plain = Plain::new(text)?;
     let faces_out_of_range = plain.faces_out_of_range;
     if plain.faces == 0 {
-        let colors = plain.colors();
-        return Ok(Raw { points: plain.points, colors, faces_out_of_range, ..Raw::default() });
+        let attributes = Attributes { colors: plain.colors(), ..Attributes::default() };
+        return Ok(Raw { points: plain.points, attributes, faces_out_of_range, ..Raw::default() });
     }
     let no_materials = |_: &std::path::Path| Err(tobj::LoadError::OpenFileFailed);
     let (models, _) = tobj::load_obj_buf(&mut plain.source.as_bytes(), &OPTIONS, no_materials)

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use tempfile::{NamedTempFile, TempDir};
 
-use super::error::WriteError;
+use crate::io::WriteError;
 
 /// How an animation is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

@@ -1,5 +1,7 @@
 //! Results as files: the segmented cloud, the primitives, the report.
 
+mod animation;
+
 use std::fs;
 use std::io::{self, BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -8,8 +10,10 @@ use std::time::Duration;
 use serde::{Deserialize, Serialize};
 use tempfile::NamedTempFile;
 
-use super::error::WriteError;
-use super::{Shape, ShapeGeometry, primitives};
+pub use animation::{AnimationFormat, AnimationWriter, LARGEST_GIF};
+
+use super::read::primitives;
+use super::{Shape, ShapeGeometry, WriteError};
 use crate::geometry::palette::{Colors, UNASSIGNED_COLOR};
 use crate::geometry::{Isolated, SampleCloud, SampledPart, SamplingOptions, Surface};
 use crate::inference::{Abstraction, MergeReport, Method, Params, Phase, Primitive, UNASSIGNED};
@@ -242,16 +246,16 @@ fn segmented_ply(w: &mut impl Write, outcome: &Outcome<'_>) -> io::Result<()> {
 /// One entry of `primitives.json`.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub(super) struct PrimitiveEntry {
-    pub(super) id: u32,
-    pub(super) eps: [f64; 2],
-    pub(super) scale: [f64; 3],
-    pub(super) rotation: [[f64; 3]; 3],
-    pub(super) translation: [f64; 3],
-    pub(super) taper: [f64; 2],
-    pub(super) sigma: f64,
-    pub(super) points: usize,
-    pub(super) mean_distance: f64,
+pub(in crate::io) struct PrimitiveEntry {
+    pub(in crate::io) id: u32,
+    pub(in crate::io) eps: [f64; 2],
+    pub(in crate::io) scale: [f64; 3],
+    pub(in crate::io) rotation: [[f64; 3]; 3],
+    pub(in crate::io) translation: [f64; 3],
+    pub(in crate::io) taper: [f64; 2],
+    pub(in crate::io) sigma: f64,
+    pub(in crate::io) points: usize,
+    pub(in crate::io) mean_distance: f64,
 }
 
 impl PrimitiveEntry {

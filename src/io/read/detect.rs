@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use super::error::ReadError;
 use super::{gltf, off, stl, text, xyz};
+use crate::io::error::ReadError;
 
 /// Formats that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

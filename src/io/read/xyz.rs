@@ -3,9 +3,9 @@
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use super::error::Fault;
 use super::raw::Raw;
 use super::text::{self, counted, lines, number, plain_number, quoted};
+use crate::io::error::Fault;
 
 /// How numbers and columns are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -115,7 +115,7 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
         return Err(Fault::whole("it has no points; there should be one a line, as x y z"));
     }
     if colors.len() == raw.points.len() && colors.iter().flatten().any(|&c| c > 1) {
-        raw.colors = Some(colors);
+        raw.attributes.colors = Some(colors);
     }
     if let Some(count) = head.announced.filter(|&n| n != raw.points.len()) {
         raw.notes

@@ -5,9 +5,9 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use super::schema::Buffer;
-use crate::io::content;
 use crate::io::error::Fault;
-use crate::io::text::quoted;
+use crate::io::read::content;
+use crate::io::read::text::quoted;
 
 /// The JSON and the binary part of a GLB file.
 pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {

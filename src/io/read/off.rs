@@ -2,9 +2,9 @@
 
 use nalgebra::Point3;
 
-use super::error::Fault;
 use super::raw::{Raw, color_bytes};
 use super::text::{lines, number, quoted};
+use crate::io::error::Fault;
 
 /// What the first word says of the vertices: `[ST][C][N][4]OFF`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -96,7 +96,7 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
         let (at, values) = lines.next().ok_or_else(|| cut_short(text, faces, "faces", done))?;
         polygon(values, at, &mut raw)?;
     }
-    raw.colors = (colors.len() == raw.points.len()).then(|| color_bytes(&colors)).flatten();
+    raw.attributes.colors = (colors.len() == raw.points.len()).then(|| color_bytes(&colors)).flatten();
     Ok(raw)
 }
 
