@@ -50,12 +50,12 @@ pub mod workspace;
 mod tests;
 
 pub use action::{Action, Verb};
-pub use export::ExportChoice;
 use camera::Camera;
 use comparison::Comparison;
 use curves::Curves;
 use document::Document;
 use estimates::Estimates;
+pub use export::ExportChoice;
 use keeping::{Keeping, Opening};
 use live::Live;
 use merging::Decision;

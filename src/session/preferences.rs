@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::{ExportChoice, Session};
 use super::view::ThemeChoice;
 use super::window::{Panel, Window};
+use super::{ExportChoice, Session};
 use crate::worker::Pace;
 
 /// As it is stored. What is missing has its default, what is unknown is passed

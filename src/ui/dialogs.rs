@@ -185,7 +185,9 @@ impl Dialogs {
         };
         // What is typed starts in that folder.
         let typed = match (folder, purpose) {
-            (Some(folder), Purpose::Open | Purpose::Primitives) => format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR),
+            (Some(folder), Purpose::Open | Purpose::Primitives) => {
+                format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR)
+            }
             (Some(folder), _) => folder.join(&suggestion).display().to_string(),
             (None, _) => suggestion.clone(),
         };

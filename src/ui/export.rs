@@ -73,15 +73,16 @@ impl ExportDialog {
             ui.add_space(6.0);
             ui.horizontal_top(|ui| {
                 ui.spacing_mut().item_spacing.x = GAP;
-                ui.allocate_ui(vec2(FORMATS, HEIGHT), |ui| {
+                let below = egui::Layout::top_down(egui::Align::Min);
+                ui.allocate_ui_with_layout(vec2(FORMATS, HEIGHT), below, |ui| {
                     ScrollArea::vertical()
                         .auto_shrink([false, false])
                         .max_height(HEIGHT)
                         .show(ui, |ui| open.formats(ui, session));
                 });
-                ui.allocate_ui(vec2(OPTIONS, HEIGHT), |ui| {
+                ui.allocate_ui_with_layout(vec2(OPTIONS, HEIGHT), below, |ui| {
                     ui.spacing_mut().item_spacing = vec2(8.0, 6.0);
-                    ui.vertical(|ui| open.options(ui, session));
+                    open.options(ui, session);
                 });
             });
             ui.add_space(8.0);
@@ -113,7 +114,9 @@ impl Open {
         for kind in Kind::ALL {
             let formats: Vec<Format> = Format::of_kind(kind).collect();
             let Some(first) = formats.first() else { continue };
-            ui.add_space(4.0);
+            if kind != Kind::ALL[0] {
+                ui.add_space(10.0);
+            }
             ui.label(RichText::new(kind.title()).strong().color(Palette::of(ui).weak));
             // One sentence for all is enough.
             let why = session.why_not_exported(*first);
@@ -126,7 +129,7 @@ impl Open {
                 let button = Button::selectable(is_chosen, text).min_size(vec2(ui.available_width(), 0.0));
                 let response = ui.add_enabled(why.is_none(), button.wrap());
                 let response = response
-                    .accessible_name(&format!("{}, {}", kind.title(), format.title()))
+                    .accessible_name(format!("{}, {}", kind.title(), format.title()))
                     .on_disabled_hover_text(why.unwrap_or_default());
                 if response.clicked() {
                     self.choose(format, session);
@@ -154,7 +157,7 @@ impl Open {
         ui.add_space(6.0);
         let options = &mut self.choice.options;
         for choice in format.choices() {
-            let mut check = |ui: &mut Ui, value: &mut bool| {
+            let check = |ui: &mut Ui, value: &mut bool| {
                 ui.checkbox(value, choice.title()).on_hover_text(choice.hint());
             };
             match choice {
@@ -199,7 +202,9 @@ impl Open {
         ui.horizontal(|ui| {
             let label = ui.label("File");
             let width = ui.available_width() - 90.0;
-            let field = TextEdit::singleline(&mut self.path).desired_width(width);
+            // The dialog itself is as light as a field is.
+            let fill = ui.visuals().widgets.inactive.weak_bg_fill;
+            let field = TextEdit::singleline(&mut self.path).desired_width(width).background_color(fill);
             let field = ui.add(field).labelled_by(label.id);
             if field.changed() {
                 self.replaces = None;

@@ -14,7 +14,9 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
     let types = ctx.text_edit_focused();
     // These belong to a widget that was reached by the keyboard.
     let focused = ctx.memory(|memory| memory.focused().is_some());
-    let marks_text = egui::text_selection::LabelSelectionState::load(ctx).has_selection();
+    let marks_text = ctx
+        .with_plugin::<egui::text_selection::LabelSelectionState, _>(|labels| labels.has_selection())
+        .unwrap_or_default();
     // Escape closes an open menu, and nothing else.
     let has_menu = egui::Popup::is_any_open(ctx);
     ctx.input(|input| {

@@ -10,7 +10,8 @@ use super::machine::Machine;
 use super::measure::{Measurer, References};
 use super::pacer::Pacer;
 use super::protocol::{
-    Activity, Cause, Command, Event, ExportRequest, LoadedShape, SeedNews, SeedRequest, Setup, Snapshot, State,
+    Activity, Cause, Command, Event, ExportRequest, LoadedShape, SeedNews, SeedRequest, Setup, Snapshot,
+    State,
 };
 use super::seeds::SeedRunner;
 use super::source;
@@ -281,8 +282,7 @@ impl<M: Machine> Engine<M> {
         self.emit(Event::Activity(Activity::Writing));
         let ExportRequest { path, format, .. } = request;
         let failure = format!("{} could not be written", path.display());
-        let outcome =
-            guarded(|| source::export(request).map_err(|error| Stop::trouble(failure, error)));
+        let outcome = guarded(|| source::export(request).map_err(|error| Stop::trouble(failure, error)));
         match outcome {
             Ok(notes) => self.emit(Event::Written { path: path.clone(), format: *format, notes }),
             Err(stop) => self.report(stop),

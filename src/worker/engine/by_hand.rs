@@ -64,8 +64,7 @@ impl<M: Machine> Engine<M> {
     /// Takes the primitives of a file; on any error all stays as it was.
     pub(super) fn take_from(&mut self, path: &Path) {
         let what = format!("The primitives of {} could not be brought in", path.display());
-        let outcome =
-            guarded(|| source::read_primitives(path).map_err(|error| Stop::trouble(what, error)));
+        let outcome = guarded(|| source::read_primitives(path).map_err(|error| Stop::trouble(what, error)));
         match outcome {
             Ok(edit) => self.edit(&edit),
             Err(stop) => self.report(stop),
