@@ -113,7 +113,7 @@ impl Builder<'_> {
         let mut columns: Option<Vec<(Column, String)>> = None;
         for record in reader.records() {
             let record = record.map_err(|e| format!("{}: {e}", self.shown))?;
-            let line = record.position().map_or(0, csv::Position::line);
+            let line = line_at(text, record.position().map_or(0, csv::Position::byte) as usize);
             if record.iter().all(str::is_empty) {
                 continue;
             }
@@ -210,6 +210,14 @@ impl Builder<'_> {
     }
 }
 
+/// The line of what follows some bytes, line ends left aside: the reader of
+/// tables counts those behind it that it has not looked at.
+fn line_at(text: &str, byte: usize) -> u64 {
+    let rest = &text.as_bytes()[byte.min(text.len())..];
+    let skipped = rest.iter().take_while(|b| matches!(b, b'\r' | b'\n')).count();
+    text.as_bytes()[..text.len() - rest.len() + skipped].iter().filter(|b| **b == b'\n').count() as u64 + 1
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -233,7 +241,11 @@ mod tests {
         let table = of(b"\xef\xbb\xbfInput,name,alpha,primitive_cost\r\nshapes/a.obj,,0.5,\r\n\r\n\"b, c.ply\",x/y,2,3\n");
         let lines = of(b"{\"input\": \"shapes/a.obj\", \"alpha\": 0.5, \"name\": null}\n\n\n{\"input\": \"b, c.ply\", \"name\": \"x/y\", \"alpha\": \"2\", \"primitive-cost\": 3}");
         let (table, lines) = (table.unwrap(), lines.unwrap());
-        assert_eq!(table, lines);
+        let said = |lines: &[Line]| -> Vec<_> {
+            lines.iter().map(|l| (l.input.clone(), l.name.clone(), l.settings.clone())).collect()
+        };
+        assert_eq!(said(&table), said(&lines));
+        assert!(lines[1].place.ends_with("jobs.list, line 4"), "{}", lines[1].place);
         assert_eq!(table[0].input, Path::new("shapes/a.obj"));
         assert_eq!(table[1].settings, [("alpha", "2".to_owned()), ("primitive-cost", "3".to_owned())]);
         assert_eq!(table[1].name.as_deref(), Some("x/y"));

@@ -36,7 +36,7 @@ pub(in crate::cli) struct BatchArgs {
     /// Number of jobs side by side [default: one a core]
     ///
     /// The cores are shared among them. The results are the same for any number.
-    #[arg(long, value_name = "N", value_parser = at_least_one)]
+    #[arg(long, value_name = "COUNT", value_parser = at_least_one)]
     jobs: Option<usize>,
     /// Take the shapes in folders below the given ones, too
     #[arg(short, long)]
