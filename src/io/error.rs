@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use super::Format;
+
 /// Where in a file something was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
@@ -83,4 +85,13 @@ pub enum WriteError {
     Io { path: PathBuf, reason: std::io::Error },
     #[error("can't write {path}: a folder of that name is in the way", path = path.display())]
     IsAFolder { path: PathBuf },
+    /// The file could be written, but can't hold what should be in it.
+    #[error("can't write {path}: {problem}", path = path.display())]
+    Content { path: PathBuf, problem: String },
+    #[error("can't write {path}: {format} needs a mesh, and the input is a cloud; take the segmented cloud", path = path.display())]
+    NeedsMesh { path: PathBuf, format: Format },
+    #[error("can't write {path}: {format} needs the shape, and there are only primitives; run the shape again", path = path.display())]
+    OnlyPrimitives { path: PathBuf, format: Format },
+    #[error("can't write {path}: its name tells no format; superform export --list shows those that there are", path = path.display())]
+    UnknownFormat { path: PathBuf },
 }
