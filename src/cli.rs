@@ -8,6 +8,7 @@
 //! superform evaluate RESULT --reference FILE [--json]
 //! superform bench SHAPES… [--methods a,b,…] [--seeds 1..3] [-o DIR]
 //! superform bench --scaling [SHAPE]
+//! superform render RESULT… [-o FILE|DIR] [--sheet PNG]
 //! superform completions SHELL
 //! superform man [-o DIR]
 //! ```
@@ -21,6 +22,7 @@ mod interrupt;
 mod job;
 mod journal;
 mod manual;
+mod render;
 mod run;
 mod settings;
 
@@ -46,6 +48,7 @@ pub use evaluate::EvaluateJob;
 pub use headless::HeadlessJob;
 pub use journal::{Journal, JournalLayer, Record};
 pub use manual::ManualJob;
+pub use render::{Look, RenderJob, SheetWish, Turn, Viewpoint};
 
 /// Where a job goes that was meant for the window.
 const FALLBACK_FOLDER: &str = "superform-out";
@@ -101,6 +104,16 @@ enum Command {
     /// With --scaling it measures how the time of one method on one shape grows
     /// instead, on all cores, and writes scaling.md and scaling.csv.
     Bench(bench::BenchArgs),
+    /// Make pictures of results without a window, also turning, or all on one sheet
+    ///
+    /// A result is the folder of a run, a file of primitives (JSON, NPZ or CSV) or a
+    /// session; a batch's folder stands for all of its jobs. Shapes are drawn, too.
+    /// Needs a graphics driver, which may be a software one, and no display.
+    ///
+    /// Exit status: 0 if all went well, 1 if the only result failed, or if there is
+    /// nothing to draw or to draw with, 2 for a command line that makes no sense, 10 + n
+    /// if n of several results gave no picture (at most 110), 130 if it was stopped.
+    Render(Box<render::RenderArgs>),
     /// Print a script that completes commands and options in a shell
     Completions {
         /// The shell that it is for
@@ -174,6 +187,7 @@ pub enum Request {
     Bench(BenchJob),
     Scaling(ScalingJob),
     Manual(ManualJob),
+    Render(RenderJob),
 }
 
 /// What the window is to be opened with.
@@ -218,6 +232,7 @@ impl Cli {
                 return Ok(Request::Evaluate(EvaluateJob { result, reference, json, options }));
             }
             Some(Command::Bench(bench)) => return bench.resolve(),
+            Some(Command::Render(render)) => return render.resolve().map(Request::Render),
             None => {}
         }
         let OpenArgs { file, settings, screenshot, headless, reset_layout } = self.open;

@@ -21,8 +21,9 @@
 //! | [`session`] | what the window knows, as plain data | `worker`, `inference`, `io`, `geometry` |
 //! | [`project`] | the session file, the journal that is kept all the time | `session`, and what it uses |
 //! | `render` | wgpu pipelines | `geometry` |
-//! | `ui` | egui panels and the viewport | `session`, `render`, and what they use |
-//! | [`cli`] | the command line | `inference`, `io`, `worker`, `geometry` |
+//! | `pictures` | pictures without a window | `project`, `render`, and what they use |
+//! | `ui` | egui panels and the viewport | `session`, `render`, `pictures::frame`, and what they use |
+//! | [`cli`] | the command line | `pictures`, `session`, `inference`, `io`, `worker`, `geometry` |
 //! | `app` | the window's composition root | all |
 //!
 //! `tests/architecture.rs` reads the `use crate::` lines and fails on a
@@ -38,6 +39,8 @@ pub mod worker;
 
 #[cfg(feature = "window")]
 pub mod app;
+#[cfg(feature = "window")]
+pub mod pictures;
 #[cfg(feature = "window")]
 pub mod render;
 #[cfg(feature = "window")]

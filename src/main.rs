@@ -14,6 +14,7 @@ fn main() -> ExitCode {
         Ok(Request::Evaluate(job)) => job.run(),
         Ok(Request::Bench(job)) => job.run(),
         Ok(Request::Scaling(job)) => job.run(),
+        Ok(Request::Render(job)) => job.run(),
         Ok(Request::Window(request)) => match cli::why_no_display() {
             Some(why) => cli::instead_of_window(request, &why),
             None => open(request, journal),

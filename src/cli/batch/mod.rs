@@ -82,6 +82,14 @@ pub struct BatchJob {
     quiet: bool,
 }
 
+/// The exit status that tells how many of several failed.
+pub(super) fn failures(failed: usize) -> ExitCode {
+    match failed {
+        0 => ExitCode::SUCCESS,
+        failed => ExitCode::from((FIRST_FAILURE - 1 + failed.min(MOST_FAILURES)) as u8),
+    }
+}
+
 /// How a batch went.
 #[derive(Debug, Default)]
 struct Tally {
@@ -111,10 +119,7 @@ impl Tally {
         for (name, problem) in &self.failed {
             say(&format!("{name}: {problem}"));
         }
-        match self.failed.len() {
-            0 => ExitCode::SUCCESS,
-            failed => ExitCode::from((FIRST_FAILURE - 1 + failed.min(MOST_FAILURES)) as u8),
-        }
+        failures(self.failed.len())
     }
 
     /// "12 jobs: 10 done, 4 of them before; 2 failed".

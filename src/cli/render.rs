@@ -1,0 +1,530 @@
+//! `superform render`: pictures of results without a window.
+
+mod inputs;
+#[cfg(feature = "window")]
+mod work;
+
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use clap::{Args, ValueEnum};
+
+use crate::session::camera::AxisView;
+use crate::session::scene::UpAxis;
+use crate::session::view::{ColorBy, Layer, SurfaceStyle, View};
+
+/// Limits of a side of a picture, in pixels.
+const SIDE: (u32, u32) = (16, 16_384);
+/// Size of a picture, of a turntable's frame and of a sheet's cell.
+const PICTURE: [u32; 2] = [1200, 900];
+const FRAME: [u32; 2] = [640, 480];
+const CELL: [u32; 2] = [480, 360];
+/// Limits of the frames of a turntable.
+const FRAMES: (u32, u32) = (2, 720);
+/// Limits of the seconds of a turn.
+const SECONDS: (f64, f64) = (0.1, 600.0);
+/// Where the eye stands, in degrees, as in the window.
+const AZIMUTH: f64 = 35.0;
+const ELEVATION: f64 = 22.0;
+
+#[derive(Debug, Args)]
+pub(super) struct RenderArgs {
+    /// Folders of runs or of batches, files of primitives (JSON, NPZ, CSV), sessions, or plain shapes
+    #[arg(value_name = "RESULT", required = true)]
+    inputs: Vec<PathBuf>,
+    /// Picture (.png, .gif) or folder for pictures [default: the present folder, unless there is a sheet]
+    #[arg(short, long, value_name = "FILE|DIR")]
+    output: Option<PathBuf>,
+    /// Say nothing but what went wrong
+    #[arg(short, long)]
+    quiet: bool,
+    #[command(flatten)]
+    camera: CameraArgs,
+    #[command(flatten)]
+    look: LookArgs,
+    #[command(flatten)]
+    sheet: SheetArgs,
+    #[command(flatten)]
+    turntable: TurntableArgs,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Camera")]
+struct CameraArgs {
+    /// Pixels of a picture [default: 1200x900; of a turntable 640x480, of a sheet's cell 480x360]
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<[u32; 2]>,
+    /// Where from; several, separated by commas, give a picture each
+    #[arg(long, value_name = "VIEW", value_enum, value_delimiter = ',')]
+    view: Vec<ViewChoice>,
+    /// Angle of the eye around the upright axis in degrees: 0 is in front, 90 to the right [default: 35]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = degrees)]
+    azimuth: Option<f64>,
+    /// Angle of the eye above the ground in degrees, from -90 to 90 [default: 22]
+    #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = degrees)]
+    elevation: Option<f64>,
+    /// Which axis of the input points upwards [default: y]
+    #[arg(long, value_enum)]
+    up: Option<UpChoice>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Look")]
+struct LookArgs {
+    /// Colours of background and text
+    #[arg(long, value_enum, default_value_t = ThemeChoice::Dark)]
+    theme: ThemeChoice,
+    /// No background and no ground grid
+    #[arg(long)]
+    transparent: bool,
+    /// How primitives are drawn [default: translucent]
+    #[arg(long, value_enum)]
+    style: Option<StyleChoice>,
+    /// All that is drawn, separated by commas [default: everything]
+    #[arg(long, value_name = "LAYERS", value_enum, value_delimiter = ',', conflicts_with = "hide")]
+    show: Vec<LayerChoice>,
+    /// What is not drawn, separated by commas
+    #[arg(long, value_name = "LAYERS", value_enum, value_delimiter = ',')]
+    hide: Vec<LayerChoice>,
+    /// What colours tell [default: cluster]
+    #[arg(long, value_enum)]
+    color_by: Option<ColorChoice>,
+    /// Diameter of a point, from 1 to 12, in pixels of a picture that is 800 high [default: 3.5]
+    #[arg(long, value_name = "PIXELS", allow_negative_numbers = true)]
+    point_size: Option<f32>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Contact sheet")]
+struct SheetArgs {
+    /// One picture of all results, side by side with their names and figures
+    #[arg(long, value_name = "PNG", conflicts_with = "turntable")]
+    sheet: Option<PathBuf>,
+    /// Cells of a sheet side by side [default: as many as make it a third wider than high]
+    #[arg(long, value_name = "N", requires = "sheet", value_parser = clap::value_parser!(u32).range(1..=1000))]
+    columns: Option<u32>,
+}
+
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Turntable")]
+struct TurntableArgs {
+    /// A GIF that goes once around the shape in so many pictures, from 2 to 720
+    #[arg(
+        long, value_name = "FRAMES",
+        value_parser = clap::value_parser!(u32).range(i64::from(FRAMES.0)..=i64::from(FRAMES.1))
+    )]
+    turntable: Option<u32>,
+    /// Seconds of a whole turn
+    #[arg(long, value_name = "S", requires = "turntable", default_value_t = 6.0)]
+    seconds: f64,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ViewChoice {
+    /// From the place that --azimuth and --elevation give; a session's as it was left
+    Perspective,
+    Front,
+    Right,
+    Top,
+    Back,
+    Left,
+    Bottom,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum UpChoice {
+    /// As in most OBJ and glTF files
+    Y,
+    /// As in most scans and CAD files
+    Z,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ThemeChoice {
+    Dark,
+    Light,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum StyleChoice {
+    Solid,
+    Translucent,
+    Wire,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum LayerChoice {
+    Points,
+    Primitives,
+    /// The mesh that was read
+    Input,
+    /// The grid on the ground
+    Grid,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+enum ColorChoice {
+    /// The primitive of each point
+    Cluster,
+    /// The distance of each point to its primitive, with a legend
+    Error,
+    /// The distance of the primitives' surfaces to the input, with a legend
+    Surface,
+    /// The colours in the file
+    Input,
+    /// Nothing
+    Plain,
+}
+
+/// From where a picture is taken.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Viewpoint {
+    /// As the session was left; elsewhere from the usual place.
+    AsLeft,
+    /// Angles of the eye around the upright axis and above the ground, in degrees.
+    Perspective { azimuth: f64, elevation: f64 },
+    /// Along an axis, without perspective.
+    Along(AxisView),
+}
+
+impl Viewpoint {
+    /// For names of files.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::AsLeft | Self::Perspective { .. } => "perspective",
+            Self::Along(AxisView::Front) => "front",
+            Self::Along(AxisView::Back) => "back",
+            Self::Along(AxisView::Right) => "right",
+            Self::Along(AxisView::Left) => "left",
+            Self::Along(AxisView::Top) => "top",
+            Self::Along(AxisView::Bottom) => "bottom",
+        }
+    }
+}
+
+/// What was asked for of the look; the rest is as in the window, or as the
+/// session was left.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Look {
+    pub is_light: bool,
+    pub is_transparent: bool,
+    pub style: Option<SurfaceStyle>,
+    /// All that is shown.
+    pub layers: Option<Vec<Layer>>,
+    pub color_by: Option<ColorBy>,
+    pub point_size: Option<f32>,
+    pub up: Option<UpAxis>,
+}
+
+impl Look {
+    /// The settings of the viewport with those that were asked for.
+    pub fn over(&self, mut view: View) -> View {
+        view.surface_style = self.style.unwrap_or(view.surface_style);
+        view.color_by = self.color_by.unwrap_or(view.color_by);
+        view.point_size = self.point_size.unwrap_or(view.point_size);
+        view.up = self.up.unwrap_or(view.up);
+        for layer in Layer::ALL {
+            if let Some(layers) = &self.layers {
+                view.set_layer(layer, layers.contains(&layer));
+            }
+        }
+        view
+    }
+}
+
+/// A contact sheet to make.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct SheetWish {
+    pub path: PathBuf,
+    pub columns: Option<u32>,
+}
+
+/// A turn around the shape.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Turn {
+    pub frames: u32,
+    /// Of the whole turn.
+    pub seconds: f64,
+}
+
+/// Pictures to take.
+#[derive(Debug, Clone, PartialEq)]
+pub struct RenderJob {
+    pub inputs: Vec<PathBuf>,
+    /// A file, by its ending, or a folder; `None` where only a sheet is wanted.
+    pub output: Option<PathBuf>,
+    pub sheet: Option<SheetWish>,
+    pub turn: Option<Turn>,
+    /// At least one.
+    pub views: Vec<Viewpoint>,
+    /// Of single pictures, and of a sheet's cells.
+    pub size: [u32; 2],
+    pub cell: [u32; 2],
+    pub look: Look,
+    pub quiet: bool,
+}
+
+impl RenderArgs {
+    /// The job, with all numbers within their limits.
+    pub(super) fn resolve(self) -> Result<RenderJob, String> {
+        let Self { inputs, output, quiet, camera, look, sheet, turntable } = self;
+        let turn = turntable.resolve()?;
+        let ending = output.as_deref().and_then(picture_ending);
+        match (ending.as_deref(), turn) {
+            (Some("png"), Some(_)) => return Err("a turntable is a GIF: name it .gif".to_owned()),
+            (Some("gif"), None) => {
+                return Err("a picture is a PNG: name it .png, or ask for a --turntable".to_owned());
+            }
+            _ => {}
+        }
+        let sheet = sheet.sheet.map(|path| SheetWish { path, columns: sheet.columns });
+        if let Some(SheetWish { path, .. }) = &sheet
+            && picture_ending(path).as_deref() != Some("png")
+        {
+            return Err(format!("{} is no name of a sheet, which is a PNG: name it .png", path.display()));
+        }
+        let views = camera.views()?;
+        let usual = if turn.is_some() { FRAME } else { PICTURE };
+        // Beside a sheet, pictures of their own are only made where there is a place for them.
+        let output = output.or_else(|| sheet.is_none().then(|| PathBuf::from(".")));
+        Ok(RenderJob {
+            inputs,
+            turn,
+            views,
+            size: camera.size.unwrap_or(usual),
+            cell: camera.size.filter(|_| output.is_none()).unwrap_or(CELL),
+            look: look.resolve(camera.up)?,
+            output,
+            sheet,
+            quiet,
+        })
+    }
+}
+
+impl CameraArgs {
+    fn views(&self) -> Result<Vec<Viewpoint>, String> {
+        let turned = self.azimuth.or(self.elevation).is_some();
+        let perspective = if turned {
+            let elevation = self.elevation.unwrap_or(ELEVATION);
+            if !(-90.0..=90.0).contains(&elevation) {
+                return Err(format!("the elevation {elevation} is not between -90 and 90 degrees"));
+            }
+            Viewpoint::Perspective { azimuth: self.azimuth.unwrap_or(AZIMUTH), elevation }
+        } else {
+            Viewpoint::AsLeft
+        };
+        if turned && !self.view.is_empty() && !self.view.contains(&ViewChoice::Perspective) {
+            return Err("--azimuth and --elevation turn the perspective view: add it to --view, or leave \
+                        --view out"
+                .to_owned());
+        }
+        let mut views = Vec::new();
+        for choice in &self.view {
+            let view = match choice {
+                ViewChoice::Perspective => perspective,
+                ViewChoice::Front => Viewpoint::Along(AxisView::Front),
+                ViewChoice::Right => Viewpoint::Along(AxisView::Right),
+                ViewChoice::Top => Viewpoint::Along(AxisView::Top),
+                ViewChoice::Back => Viewpoint::Along(AxisView::Back),
+                ViewChoice::Left => Viewpoint::Along(AxisView::Left),
+                ViewChoice::Bottom => Viewpoint::Along(AxisView::Bottom),
+            };
+            if !views.contains(&view) {
+                views.push(view);
+            }
+        }
+        if views.is_empty() {
+            views.push(perspective);
+        }
+        Ok(views)
+    }
+}
+
+impl LookArgs {
+    fn resolve(self, up: Option<UpChoice>) -> Result<Look, String> {
+        let (least, most) = View::POINT_SIZE;
+        if let Some(size) = self.point_size.filter(|size| !(least..=most).contains(size)) {
+            return Err(format!("the point size {size} is not between {least} and {most}"));
+        }
+        let layer = |choice: &LayerChoice| match choice {
+            LayerChoice::Points => Layer::Points,
+            LayerChoice::Primitives => Layer::Primitives,
+            LayerChoice::Input => Layer::Input,
+            LayerChoice::Grid => Layer::Grid,
+        };
+        let hidden: Vec<Layer> = self.hide.iter().map(layer).collect();
+        let layers = if !self.show.is_empty() {
+            Some(self.show.iter().map(layer).collect())
+        } else if !hidden.is_empty() {
+            Some(Layer::ALL.into_iter().filter(|layer| !hidden.contains(layer)).collect())
+        } else {
+            None
+        };
+        Ok(Look {
+            is_light: self.theme == ThemeChoice::Light,
+            is_transparent: self.transparent,
+            style: self.style.map(|style| match style {
+                StyleChoice::Solid => SurfaceStyle::Solid,
+                StyleChoice::Translucent => SurfaceStyle::Translucent,
+                StyleChoice::Wire => SurfaceStyle::Wire,
+            }),
+            layers,
+            color_by: self.color_by.map(|by| match by {
+                ColorChoice::Cluster => ColorBy::Cluster,
+                ColorChoice::Error => ColorBy::OwnDistance,
+                ColorChoice::Surface => ColorBy::SurfaceDistance,
+                ColorChoice::Input => ColorBy::Input,
+                ColorChoice::Plain => ColorBy::Plain,
+            }),
+            point_size: self.point_size,
+            up: up.map(|up| match up {
+                UpChoice::Y => UpAxis::Y,
+                UpChoice::Z => UpAxis::Z,
+            }),
+        })
+    }
+}
+
+impl TurntableArgs {
+    fn resolve(&self) -> Result<Option<Turn>, String> {
+        let Some(frames) = self.turntable else { return Ok(None) };
+        let (least, most) = SECONDS;
+        if !(least..=most).contains(&self.seconds) {
+            return Err(format!("the {} seconds of a turn are not between {least} and {most}", self.seconds));
+        }
+        Ok(Some(Turn { frames, seconds: self.seconds }))
+    }
+}
+
+impl RenderJob {
+    /// Does the job: what was written is told on standard output. The exit
+    /// status tells how many results gave no picture.
+    #[cfg(feature = "window")]
+    pub fn run(&self) -> ExitCode {
+        work::run(self)
+    }
+
+    /// Says why there is no picture.
+    #[cfg(not(feature = "window"))]
+    pub fn run(&self) -> ExitCode {
+        super::fail(
+            "this program was built without its window, and can't draw: build it with the feature `window` \
+             (cargo build --release)",
+        )
+    }
+}
+
+/// The ending of a name that is one of a picture, in small letters.
+fn picture_ending(path: &Path) -> Option<String> {
+    let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
+    (["png", "gif"].contains(&ending.as_str()) && !path.is_dir()).then_some(ending)
+}
+
+/// "1200x900", also with ×.
+fn size(text: &str) -> Result<[u32; 2], String> {
+    let (least, most) = SIDE;
+    let side = |text: &str| text.trim().parse::<u32>().ok().filter(|side| (least..=most).contains(side));
+    let sides = text.split_once(['x', 'X', '×', '*']).and_then(|(w, h)| Some([side(w)?, side(h)?]));
+    sides.ok_or_else(|| format!("give width and height in pixels, {least} to {most} each, such as 1200x900"))
+}
+
+fn degrees(text: &str) -> Result<f64, String> {
+    let number = text.trim_end_matches('°').parse::<f64>().ok().filter(|number| number.is_finite());
+    number.ok_or_else(|| "it must be an angle in degrees".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::cli::{Cli, Request};
+    use clap::Parser as _;
+
+    fn job(args: &[&str]) -> Result<RenderJob, String> {
+        let args = ["superform", "render"].iter().chain(args);
+        match Cli::try_parse_from(args).map_err(|e| e.to_string())?.request()? {
+            Request::Render(job) => Ok(job),
+            other => panic!("{other:?}"),
+        }
+    }
+
+    #[test]
+    fn all_options_arrive() {
+        let plain = job(&["out"]).unwrap();
+        assert_eq!((plain.size, plain.views.as_slice()), (PICTURE, &[Viewpoint::AsLeft][..]));
+        assert_eq!(plain.output, Some(PathBuf::from(".")));
+        assert_eq!(plain.look.over(View::default()), View::default());
+        let full = job(&[
+            "a",
+            "b",
+            "-o",
+            "pictures",
+            "--size",
+            "640×480",
+            "--view",
+            "front,perspective,front",
+            "--azimuth",
+            "-20",
+            "--elevation",
+            "10",
+            "--theme",
+            "light",
+            "--transparent",
+            "--style",
+            "wire",
+            "--hide",
+            "grid,points",
+            "--color-by",
+            "surface",
+            "--up",
+            "z",
+            "--point-size",
+            "5",
+        ])
+        .unwrap();
+        assert_eq!(full.size, [640, 480]);
+        let turned = Viewpoint::Perspective { azimuth: -20.0, elevation: 10.0 };
+        assert_eq!(full.views, [Viewpoint::Along(AxisView::Front), turned]);
+        let view = full.look.over(View::default());
+        let shown = Layer::ALL.map(|layer| view.shows(layer));
+        assert_eq!(shown, [true, false, true, false], "input and primitives");
+        assert_eq!((view.color_by, view.up, view.point_size), (ColorBy::SurfaceDistance, UpAxis::Z, 5.0));
+        assert!(full.look.is_light && full.look.is_transparent);
+        assert_eq!(view.surface_style, SurfaceStyle::Wire);
+    }
+
+    #[test]
+    fn sheets_and_turntables_have_sizes_of_their_own() {
+        let sheet = job(&["out", "--sheet", "all.png", "--columns", "4"]).unwrap();
+        assert_eq!((sheet.output, sheet.cell), (None, CELL));
+        let large = job(&["out", "--sheet", "all.png", "--size", "300x300"]).unwrap();
+        assert_eq!(large.cell, [300, 300]);
+        let both = job(&["out", "--sheet", "all.png", "-o", "pictures", "--size", "300x200"]).unwrap();
+        assert_eq!((both.size, both.cell), ([300, 200], CELL));
+        let turn = job(&["out", "--turntable", "36", "-o", "turn.gif"]).unwrap();
+        assert_eq!((turn.size, turn.turn), (FRAME, Some(Turn { frames: 36, seconds: 6.0 })));
+    }
+
+    #[test]
+    fn what_makes_no_sense_is_refused_with_its_reason() {
+        for (args, word) in [
+            (&["out", "--size", "10x10"][..], "16 to 16384"),
+            (&["out", "--size", "big"], "such as 1200x900"),
+            (&["out", "--azimuth", "nan"], "angle in degrees"),
+            (&["out", "--elevation", "100"], "between -90 and 90"),
+            (&["out", "--azimuth", "10", "--view", "front"], "perspective"),
+            (&["out", "--point-size", "40"], "between 1 and 12"),
+            (&["out", "-o", "a.gif"], "--turntable"),
+            (&["out", "-o", "a.png", "--turntable", "10"], ".gif"),
+            (&["out", "--turntable", "1"], "2..=720"),
+            (&["out", "--turntable", "10", "--seconds", "0"], "between 0.1"),
+            (&["out", "--sheet", "all.jpg"], ".png"),
+            (&["out", "--sheet", "a.png", "--turntable", "10"], "cannot be used with"),
+            (&["out", "--show", "points", "--hide", "grid"], "cannot be used with"),
+            (&["out", "--columns", "3"], "--sheet"),
+            (&[], "RESULT"),
+        ] {
+            let problem = job(args).unwrap_err();
+            assert!(problem.contains(word), "{args:?}: {problem}");
+        }
+    }
+}

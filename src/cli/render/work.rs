@@ -1,0 +1,278 @@
+//! The pictures are taken.
+
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, bail};
+use indicatif::{ProgressBar, ProgressStyle};
+
+use super::inputs::{Entry, expand};
+use super::{RenderJob, Turn, Viewpoint, picture_ending};
+use crate::cli::batch::failures;
+use crate::cli::interrupt::{INTERRUPTED, cancel_on_interrupt};
+use crate::cli::{fail, headless, say};
+use crate::inference::Cancel;
+use crate::io::{self, AnimationFormat, AnimationWriter};
+use crate::pictures::{Figures, Painter, Sheet, Stage, Subject, Theme};
+use crate::session::camera::Camera;
+use crate::session::view::ColorBy;
+
+pub(super) fn run(job: &RenderJob) -> ExitCode {
+    let cancel = cancel_on_interrupt();
+    match Work::new(job).and_then(|work| work.done(&cancel)) {
+        Ok(exit) => exit,
+        Err(e) => fail(&format!("{e:#}")),
+    }
+}
+
+/// A job on its way.
+struct Work<'a> {
+    job: &'a RenderJob,
+    entries: Vec<Entry>,
+    painter: Painter,
+    sheet: Option<Sheet>,
+    bar: ProgressBar,
+}
+
+impl<'a> Work<'a> {
+    fn new(job: &'a RenderJob) -> anyhow::Result<Self> {
+        let entries = expand(&job.inputs).map_err(anyhow::Error::msg)?;
+        if let Some(output) = &job.output
+            && picture_ending(output).is_some()
+            && entries.len() > 1
+        {
+            bail!(
+                "{} is one file, and there are {} results: name a folder for their pictures, or ask for a \
+                 --sheet",
+                output.display(),
+                entries.len()
+            );
+        }
+        let cells = entries.len() * job.views.len();
+        let sheet = match &job.sheet {
+            Some(wish) => {
+                let columns = wish.columns;
+                let look = &job.look;
+                Some(Sheet::new(theme(job), look.is_transparent, job.cell, cells, columns)?)
+            }
+            None => None,
+        };
+        let painter = Painter::new()?;
+        if let Some(folder) = job.output.as_deref().filter(|output| picture_ending(output).is_none()) {
+            std::fs::create_dir_all(folder)
+                .with_context(|| format!("can't make the folder {}", folder.display()))?;
+        }
+        let is_shown = !job.quiet && entries.len() > 1;
+        let bar = if is_shown { ProgressBar::new(entries.len() as u64) } else { ProgressBar::hidden() };
+        if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed} {msg}") {
+            bar.set_style(style);
+        }
+        Ok(Self { job, entries, painter, sheet, bar })
+    }
+
+    fn done(mut self, cancel: &Cancel) -> anyhow::Result<ExitCode> {
+        let mut failed = Vec::new();
+        let entries = std::mem::take(&mut self.entries);
+        for entry in &entries {
+            if cancel.is_requested() {
+                break;
+            }
+            self.bar.set_message(entry.title.clone());
+            if let Err(e) = self.one(entry, cancel) {
+                let problem = format!("{e:#}");
+                if let Some(sheet) = &mut self.sheet {
+                    for _ in &self.job.views {
+                        sheet.add_missing(&mut self.painter, &entry.title, &problem);
+                    }
+                }
+                failed.push(format!("{}: {problem}", entry.title));
+            }
+            self.bar.inc(1);
+        }
+        self.bar.finish_and_clear();
+        if cancel.is_requested() {
+            say("stopped; the pictures that were told of are whole, the others were not made");
+            return Ok(ExitCode::from(INTERRUPTED));
+        }
+        // A sheet of nothing but problems is no picture.
+        if let (Some(sheet), Some(wish)) = (self.sheet.take(), &self.job.sheet)
+            && failed.len() < entries.len()
+        {
+            io::write_picture(&wish.path, &sheet.into_picture())?;
+            self.tell(&wish.path);
+        }
+        failed.iter().for_each(|line| say(line));
+        Ok(if entries.len() == 1 && !failed.is_empty() { ExitCode::FAILURE } else { failures(failed.len()) })
+    }
+
+    /// All pictures of one result.
+    fn one(&mut self, entry: &Entry, cancel: &Cancel) -> anyhow::Result<()> {
+        let subject = Subject::read(&entry.path)?;
+        if !self.job.quiet {
+            let told = subject.notes().iter().map(String::as_str).chain(self.missing(&subject));
+            told.for_each(|note| self.bar.suspend(|| say(&format!("{}: {note}", entry.title))));
+        }
+        let view = self.job.look.over(subject.view());
+        let stage = self.painter.take(&subject, &view, theme(self.job), self.job.look.is_transparent);
+        let cells = self.cells(entry, &subject, &stage)?;
+        for viewpoint in &self.job.views {
+            let Some(path) = self.path(entry, *viewpoint) else { continue };
+            match self.job.turn {
+                Some(turn) => self.turntable(&stage, camera(*viewpoint, &subject), turn, &path, cancel)?,
+                None => {
+                    let size = self.job.size;
+                    let picture = self.picture(&stage, &subject, *viewpoint, size)?;
+                    io::write_picture(&path, &picture)?;
+                }
+            }
+            if cancel.is_requested() {
+                return Ok(());
+            }
+            self.tell(&path);
+        }
+        // Only now: a result has either all of its cells or none.
+        for (picture, title, detail) in cells {
+            if let Some(sheet) = &mut self.sheet {
+                sheet.add(&mut self.painter, &picture, &title, &detail);
+            }
+        }
+        Ok(())
+    }
+
+    /// The cells of a sheet, with their captions.
+    fn cells(
+        &mut self,
+        entry: &Entry,
+        subject: &Subject,
+        stage: &Stage,
+    ) -> anyhow::Result<Vec<(image::RgbaImage, String, String)>> {
+        let mut cells = Vec::new();
+        if self.sheet.is_none() {
+            return Ok(cells);
+        }
+        for viewpoint in &self.job.views {
+            let picture = self.picture(stage, subject, *viewpoint, self.job.cell)?;
+            let title = match self.job.views.len() {
+                1 => entry.title.clone(),
+                _ => format!("{} · {}", entry.title, viewpoint.name()),
+            };
+            cells.push((picture, title, caption(subject)));
+        }
+        Ok(cells)
+    }
+
+    fn picture(
+        &mut self,
+        stage: &Stage,
+        subject: &Subject,
+        viewpoint: Viewpoint,
+        size: [u32; 2],
+    ) -> anyhow::Result<image::RgbaImage> {
+        let mut camera = camera(viewpoint, subject);
+        // A session keeps where it was looked at from.
+        if viewpoint == Viewpoint::AsLeft && subject.camera().is_some() {
+            camera.aspect = f64::from(size[0]) / f64::from(size[1]);
+        } else {
+            camera = stage.framed(camera, size);
+        }
+        Ok(self.painter.picture(stage, &camera, size)?)
+    }
+
+    fn turntable(
+        &mut self,
+        stage: &Stage,
+        camera: Camera,
+        turn: Turn,
+        path: &Path,
+        cancel: &Cancel,
+    ) -> anyhow::Result<()> {
+        let size = self.job.size;
+        let each = turn.seconds / f64::from(turn.frames);
+        let mut writer = AnimationWriter::new(path, AnimationFormat::Gif, size, turn.frames as usize, each)?;
+        for camera in stage.turntable(camera, size, turn.frames) {
+            if cancel.is_requested() {
+                // What was begun is gone with the writer.
+                return Ok(());
+            }
+            writer.push(&self.painter.picture(stage, &camera, size)?)?;
+        }
+        Ok(writer.finish()?)
+    }
+
+    /// Where a picture goes; `None` where only a sheet is wanted.
+    fn path(&self, entry: &Entry, viewpoint: Viewpoint) -> Option<PathBuf> {
+        let output = self.job.output.as_deref()?;
+        let several = if self.job.views.len() > 1 { format!("-{}", viewpoint.name()) } else { String::new() };
+        let ending = if self.job.turn.is_some() { "gif" } else { "png" };
+        Some(match picture_ending(output) {
+            Some(_) if several.is_empty() => output.to_owned(),
+            Some(_) => {
+                let stem = output.file_stem().unwrap_or_default().to_string_lossy();
+                output.with_file_name(format!("{stem}{several}.{ending}"))
+            }
+            None => output.join(format!("{}{several}.{ending}", entry.name)),
+        })
+    }
+
+    /// What was asked for and can't be told of this result.
+    fn missing(&self, subject: &Subject) -> Option<&'static str> {
+        match self.job.look.color_by? {
+            ColorBy::Input if !subject.has_input_colors() => {
+                Some("its points have no colours in the file: they are grey")
+            }
+            ColorBy::OwnDistance if !subject.has_labels() => {
+                Some("there are no points with a primitive of their own: colours tell no error")
+            }
+            ColorBy::SurfaceDistance if !subject.has_surfaces() => {
+                Some("there are no primitives and an input to compare: colours tell no distance")
+            }
+            _ => None,
+        }
+    }
+
+    fn tell(&self, path: &Path) {
+        if !self.job.quiet {
+            // A closed pipe is no reason to call the job a failure.
+            self.bar.suspend(|| {
+                let _ = writeln!(std::io::stdout(), "wrote {}", path.display());
+            });
+        }
+    }
+}
+
+fn theme(job: &RenderJob) -> Theme {
+    if job.look.is_light { Theme::Light } else { Theme::Dark }
+}
+
+/// In the direction and of the kind that is asked for, before it is framed.
+fn camera(viewpoint: Viewpoint, subject: &Subject) -> Camera {
+    let mut camera = Camera::default();
+    match viewpoint {
+        Viewpoint::AsLeft => return subject.camera().unwrap_or_default(),
+        Viewpoint::Perspective { azimuth, elevation } => {
+            camera.yaw = azimuth.rem_euclid(360.0).to_radians();
+            camera.pitch = elevation.to_radians();
+        }
+        Viewpoint::Along(axis) => {
+            camera.look(axis);
+            camera.orthographic = true;
+        }
+    }
+    camera
+}
+
+/// "9 primitives · mean distance 0.34 %", of the longest edge.
+fn caption(subject: &Subject) -> String {
+    match subject.figures() {
+        Figures::Result { primitives, mean_distance } => {
+            let mut text = headless::primitives(primitives);
+            if let Some(share) = mean_distance {
+                text += &format!(" · mean distance {:.2} %", 100.0 * share);
+            }
+            text
+        }
+        Figures::Mesh { faces } => format!("{faces} faces"),
+        Figures::Cloud { points } => format!("{points} points"),
+    }
+}
