@@ -77,7 +77,7 @@ struct LookArgs {
     /// No background and no ground grid
     #[arg(long)]
     transparent: bool,
-    /// How primitives are drawn [default: translucent]
+    /// How primitives are drawn [default: translucent; solid with --color-by surface]
     #[arg(long, value_enum)]
     style: Option<StyleChoice>,
     /// All that is drawn, separated by commas [default: everything]
@@ -89,7 +89,8 @@ struct LookArgs {
     /// What colours tell [default: cluster]
     #[arg(long, value_enum)]
     color_by: Option<ColorChoice>,
-    /// Diameter of a point, from 1 to 12, in pixels of a picture that is 800 high [default: 3.5]
+    /// Diameter of a point, from 1 to 12, in pixels of a picture that is 800 high [default: 3.5; of a
+    /// plain cloud 6]
     #[arg(long, value_name = "PIXELS", allow_negative_numbers = true)]
     point_size: Option<f32>,
 }
@@ -219,7 +220,10 @@ pub struct Look {
 impl Look {
     /// The settings of the viewport with those that were asked for.
     pub fn over(&self, mut view: View) -> View {
-        view.surface_style = self.style.unwrap_or(view.surface_style);
+        // What is told on surfaces is hard to read where they shine through.
+        let tells = self.color_by == Some(ColorBy::SurfaceDistance);
+        let usual = if tells { SurfaceStyle::Solid } else { view.surface_style };
+        view.surface_style = self.style.unwrap_or(usual);
         view.color_by = self.color_by.unwrap_or(view.color_by);
         view.point_size = self.point_size.unwrap_or(view.point_size);
         view.up = self.up.unwrap_or(view.up);

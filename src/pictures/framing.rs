@@ -5,7 +5,7 @@ use nalgebra::{Point3, Vector3};
 use crate::session::camera::Camera;
 
 /// Room around what is shown, as a factor of its size on the picture.
-const MARGIN: f64 = 1.1;
+const MARGIN: f64 = 1.14;
 /// Least distance of eye and content, in scene units: that of a lone point.
 const LEAST: f64 = 0.05;
 

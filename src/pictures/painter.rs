@@ -141,7 +141,15 @@ impl Painter {
                 _ => Paint::Plain,
             },
         };
-        let colors = shown_colors(loaded, labels, &subject.hidden, &[], pinned, paint);
+        let mut colors = shown_colors(loaded, labels, &subject.hidden, &[], pinned, paint);
+        if let (Paint::Plain, Theme::Light) = (paint, theme) {
+            // The usual grey is lost on paper white.
+            let [r, g, b] = theme.weak();
+            colors
+                .par_iter_mut()
+                .filter(|color| color[3] != 0)
+                .for_each(|color| *color = [r, g, b, color[3]]);
+        }
         let is_grey = matches!(told, Told::Points(_));
         let primitives: Vec<PrimitiveInstance> = subject
             .primitives()

@@ -152,9 +152,14 @@ impl Subject {
         &self.notes
     }
 
-    /// How the window shows it: as it was left, for a session.
+    /// How the window shows it: as it was left, for a session. Points that stand
+    /// for the shape all alone are larger.
     pub fn view(&self) -> View {
-        self.saved.map_or_else(View::default, |(view, _)| view)
+        let usual = View::default();
+        let is_lone_cloud =
+            self.state.is_none() && matches!(self.loaded.shape.geometry, ShapeGeometry::Cloud(_));
+        let point_size = if is_lone_cloud { LONE_POINT } else { usual.point_size };
+        self.saved.map_or(View { point_size, ..usual }, |(view, _)| view)
     }
 
     /// Where the camera was left, where the file tells.
@@ -268,6 +273,9 @@ fn is_made_of_surfaces(shape: &Shape, stored: &StoredPrimitives) -> bool {
     let is_mesh = matches!(shape.geometry, ShapeGeometry::Mesh(_));
     is_mesh && shape.path.is_none() && stored.input.as_deref() != Some(BUILT_IN)
 }
+
+/// Diameter of points with nothing between them, in logical pixels.
+const LONE_POINT: f32 = 6.0;
 
 /// What files call the shape that is part of the program.
 const BUILT_IN: &str = "built-in chair";
