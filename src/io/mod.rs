@@ -15,7 +15,11 @@ use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, samp
 
 pub use error::{Place, ReadError, WriteError};
 pub use read::primitives::{StoredPrimitives, read_primitives};
-pub use read::{SESSION_ENDING, SHAPE_ENDINGS, built_in, has_session_ending, has_shape_ending, read};
+#[doc(hidden)]
+pub use read::read_bytes_as;
+pub use read::{
+    SESSION_ENDING, SHAPE_ENDINGS, built_in, has_session_ending, has_shape_ending, read, read_bytes,
+};
 pub use write::{
     AnimationFormat, AnimationWriter, LARGEST_GIF, Outcome, PRIMITIVES_FILE, PhaseTimes, REPORT_FILE,
     RunRecord, SEGMENTED_FILE, write_picture, write_primitives_json, write_report_json, write_run,
