@@ -27,7 +27,7 @@ fn measured(result: &str, reference: &str) -> Metrics {
     let stored = io::read_primitives(&data().join(result)).unwrap();
     let shape = io::read(&reference_path(reference)).unwrap();
     let reference = io::reference(&shape, &MetricOptions::default()).unwrap();
-    evaluate(&stored.shapes(), Some(stored.unassigned_share()), &reference)
+    evaluate(&stored.shapes(), stored.unassigned_share(), &reference)
 }
 
 #[test]
@@ -84,7 +84,7 @@ fn what_is_no_file_of_primitives_is_refused_with_the_place() {
     let half = complaint(&text[..text.len() / 2]);
     assert!(half.starts_with("F, line ") && half.contains("EOF"), "{half}");
     assert!(complaint("{\"a\": 1}").contains("its \"format\" is not \"superform-primitives\""));
-    assert!(complaint("v 0 0 0\n").contains("F, line 1: expected value"));
+    assert!(complaint("v 0 0 0\n").contains("F, line 1: “v” is no number"));
     assert!(complaint("[]").contains("F, line 1"));
     let missing = io::read_primitives(Path::new("nowhere.json")).unwrap_err().to_string();
     assert!(missing.contains("can't open nowhere.json"), "{missing}");
@@ -163,7 +163,7 @@ fn the_command_refuses_what_it_can_not_measure() {
     for (args, code, words) in [
         (vec!["evaluate", &result], 2, "--reference"),
         (vec!["evaluate", &result, "--reference", &chair, "--samples", "7"], 2, "samples is 7"),
-        (vec!["evaluate", &chair, "--reference", &chair], 1, "chair.obj, line 1"),
+        (vec!["evaluate", &chair, "--reference", &chair], 1, "chair.obj, line 2"),
         (vec!["evaluate", &result, "--reference", "missing.obj"], 1, "can't open missing.obj"),
     ] {
         let output = superform(&args);

@@ -43,7 +43,7 @@ impl EvaluateJob {
         let result = io::read_primitives(&self.result)?;
         let shape = io::read(&self.reference)?;
         let reference = io::reference(&shape, &self.options).with_context(|| shape.name.clone())?;
-        let metrics = evaluate(&result.shapes(), Some(result.unassigned_share()), &reference);
+        let metrics = evaluate(&result.shapes(), result.unassigned_share(), &reference);
         if self.json {
             return Ok(serde_json::to_string_pretty(&Evaluation {
                 format: "superform-evaluation",
@@ -83,7 +83,7 @@ fn table(result: &StoredPrimitives, shape: &Shape, reference: &Reference, metric
     let mut text = format!(
         "{} of {} against {}: {}\n",
         counted(metrics.primitives, "primitive", "primitives"),
-        result.input,
+        result.input.as_deref().unwrap_or("an unnamed shape"),
         shape.name,
         contents(shape)
     );

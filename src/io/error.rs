@@ -3,6 +3,8 @@
 use std::fmt;
 use std::path::PathBuf;
 
+use super::Format;
+
 /// The formats that can be read, for messages.
 pub(super) const FORMATS: &str =
     "OBJ, PLY, STL, OFF, glTF, GLB, PCD, LAS, LAZ, NPY, NPZ and XYZ text (.xyz, .txt, .csv, .pts)";
@@ -89,4 +91,13 @@ pub enum WriteError {
     Io { path: PathBuf, reason: std::io::Error },
     #[error("can't write {path}: a folder of that name is in the way", path = path.display())]
     IsAFolder { path: PathBuf },
+    /// The file could be written, but can't hold what should be in it.
+    #[error("can't write {path}: {problem}", path = path.display())]
+    Content { path: PathBuf, problem: String },
+    #[error("can't write {path}: {format} needs a mesh, and the input is a cloud; take the segmented cloud", path = path.display())]
+    NeedsMesh { path: PathBuf, format: Format },
+    #[error("can't write {path}: {format} needs the shape, and there are only primitives; run the shape again", path = path.display())]
+    OnlyPrimitives { path: PathBuf, format: Format },
+    #[error("can't write {path}: its name tells no format; superform export --list shows those that there are", path = path.display())]
+    UnknownFormat { path: PathBuf },
 }

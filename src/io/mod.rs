@@ -14,16 +14,17 @@ use crate::geometry::outside::FilledOutside;
 use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, sample_cloud, sample_mesh};
 
 pub use error::{Place, ReadError, WriteError};
-pub use read::primitives::{StoredPrimitives, read_primitives};
+pub use read::primitives::{StoredPrimitives, parse_primitives, read_primitives, read_primitives_of};
 #[doc(hidden)]
 pub use read::read_bytes_as;
 pub use read::{
     SESSION_ENDING, SHAPE_ENDINGS, built_in, has_session_ending, has_shape_ending, read, read_bytes,
 };
 pub use write::{
-    AnimationFormat, AnimationWriter, LARGEST_GIF, Outcome, PRIMITIVES_FILE, PhaseTimes, REPORT_FILE,
-    RunRecord, SEGMENTED_FILE, write_picture, write_primitives_json, write_report_json, write_run,
-    write_segmented_ply, write_streamed, write_whole,
+    AnimationFormat, AnimationWriter, Choice, ExportOptions, Exported, Format, Kind, LARGEST_GIF, Outcome,
+    PRIMITIVES_FILE, PhaseTimes, PrimitiveSet, REPORT_FILE, RunRecord, SEGMENTED_FILE, estimated_size,
+    export, export_all, export_primitives, primitives_text, write_picture, write_primitives_json,
+    write_report_json, write_run, write_segmented_ply, write_streamed, write_whole,
 };
 
 /// A shape as it was read, in the file's units and order.

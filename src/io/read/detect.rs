@@ -71,7 +71,11 @@ pub(super) fn format(bytes: &[u8], path: &Path) -> Result<Format, ReadError> {
     if head.starts_with(b"\x89Superform") {
         return Err(ReadError::Session { path: path.to_owned() });
     }
-    if head.starts_with(b"PK\x03\x04") && [head, tail].iter().any(|part| contains(part, b".npy")) {
+    let is_in_archive = |name: &[u8]| [head, tail].iter().any(|part| contains(part, name));
+    if head.starts_with(b"PK\x03\x04") && is_in_archive(b".npy") {
+        if is_in_archive(b"exponents.npy") && is_in_archive(b"scale.npy") {
+            return Err(ReadError::Primitives { path: path.to_owned() });
+        }
         return Ok(Format::Npz);
     }
     let unsupported = |(what, advice)| Err(ReadError::Unsupported { path: path.to_owned(), what, advice });

@@ -26,7 +26,7 @@ mod schema;
 /// Vertices and triangles that a scene may have beyond those that its buffers
 /// hold: each node gets its copy of its mesh, so that a small file can ask for
 /// any number.
-const MOST_COPIED: usize = 1 << 24;
+const MOST_COPIED: usize = 1 << 22;
 
 /// Whether a text begins as a glTF file does, as far as one can tell.
 pub(super) fn is_gltf(start: &str, end: &[u8]) -> bool {

@@ -1,163 +1,195 @@
-//! Reading primitives back.
+//! Reading primitives back: our JSON, NPZ and CSV, and those of others.
+
+mod arrays;
+mod csv;
+mod json;
+mod npz;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-use nalgebra::{Matrix3, Rotation3, Vector3};
-use serde::Deserialize;
+use nalgebra::{Matrix3, Rotation3};
 
 use super::text;
 use crate::geometry::Superquadric;
-use crate::inference::Primitive;
+use crate::geometry::palette::Colors;
+use crate::inference::{Params, Primitive};
 use crate::io::error::{Fault, ReadError};
-use crate::io::write::{PRIMITIVES_FILE, PrimitiveEntry};
+use crate::io::write::{PRIMITIVES_FILE, PrimitiveSet};
 
-/// Name and version of the format, as they stand in the file.
+pub(in crate::io) use csv::COLUMNS as CSV_COLUMNS;
+
+/// Name and version of the JSON format, as they stand in the file.
 pub(in crate::io) const FORMAT: &str = "superform-primitives";
 pub(in crate::io) const VERSION: u32 = 1;
 
-/// How far RᵀR may be from the identity: what is left of a rotation that was
-/// written with six digits.
-const ORTHONORMAL: f64 = 1e-5;
+/// Names by which primitives are looked for in a folder.
+const NAMES: [&str; 3] = [PRIMITIVES_FILE, "primitives.npz", "primitives.csv"];
 
 /// What a file of primitives holds.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredPrimitives {
     /// The file itself, where a folder was given, too.
     pub path: PathBuf,
-    /// Name of the shape that they stand for.
-    pub input: String,
-    /// Number of samples that they were made from.
-    pub points: usize,
-    pub seed: u64,
+    /// Name of the shape that they stand for, where the file tells.
+    pub input: Option<String>,
+    /// Number of samples that they were made from, where the file tells.
+    pub points: Option<usize>,
+    pub seed: Option<u64>,
+    pub sampling_seed: Option<u64>,
+    pub params: Option<Params>,
     pub primitives: Vec<Primitive>,
+    /// What was left aside or mended on reading, one sentence each.
+    pub notes: Vec<String>,
 }
 
 impl StoredPrimitives {
-    /// Share of the samples that belong to no primitive.
-    pub fn unassigned_share(&self) -> f64 {
+    /// Share of the samples that belong to no primitive; `None` where the file
+    /// does not tell how many there were.
+    pub fn unassigned_share(&self) -> Option<f64> {
         let assigned: usize = self.primitives.iter().map(|p| p.points).sum();
-        if self.points == 0 { 0.0 } else { 1.0 - assigned as f64 / self.points as f64 }
+        let points = self.points?;
+        Some(if points == 0 { 0.0 } else { 1.0 - assigned as f64 / points as f64 })
     }
 
     pub fn shapes(&self) -> Vec<Superquadric> {
         self.primitives.iter().map(|p| p.shape).collect()
     }
+
+    /// The primitives as they can be written.
+    pub fn set<'a>(&'a self, colors: &'a Colors) -> PrimitiveSet<'a> {
+        PrimitiveSet {
+            primitives: &self.primitives,
+            colors,
+            input: self.input.as_deref(),
+            points: self.points,
+            samples: None,
+            sampling_seed: self.sampling_seed,
+            seed: self.seed,
+            params: self.params.as_ref(),
+        }
+    }
 }
 
-/// Reads the `primitives.json` of a run, by its own name or by that of the
-/// folder that holds it.
+/// Reads the primitives of a run, by the name of the file or of the folder that
+/// holds it: `primitives.json`, NPZ or CSV, told from the content. Of a file
+/// with several shapes the first is taken, with a note.
 ///
 /// # Errors
-/// Where there is no such file, it is no JSON of this format and version, a
-/// field is missing or of the wrong kind, or a primitive is none: an exponent
-/// or a semi-axis not above 0, a matrix that is no rotation, a taper beyond
-/// [−1, 1], an id or more points than there are used twice.
+/// Where there is no such file, it is in none of these formats, a field is
+/// missing or of the wrong kind, or a primitive is none: an exponent or a
+/// semi-axis not above 0, a matrix that is no rotation, a taper beyond [−1, 1],
+/// an id or more points than there are used twice.
 pub fn read_primitives(path: &Path) -> Result<StoredPrimitives, ReadError> {
-    let path = if path.is_dir() { path.join(PRIMITIVES_FILE) } else { path.to_owned() };
+    read_primitives_of(path, None)
+}
+
+/// As [`read_primitives`], the shape at place `shape` (from 0) of a file with
+/// several.
+///
+/// # Errors
+/// The same, and where there are not so many shapes.
+pub fn read_primitives_of(path: &Path, shape: Option<usize>) -> Result<StoredPrimitives, ReadError> {
+    let path = if path.is_dir() {
+        let found = NAMES.iter().map(|name| path.join(name)).find(|file| file.exists());
+        found.unwrap_or_else(|| path.join(PRIMITIVES_FILE))
+    } else {
+        path.to_owned()
+    };
     let bytes = super::content(&path)?;
-    match parse(&text::decode(&bytes)) {
-        Ok((file, primitives)) => {
-            let File { input, points, seed, .. } = file;
-            Ok(StoredPrimitives { path, input, points, seed, primitives })
-        }
-        Err(fault) => Err(fault.in_file(path)),
-    }
+    parse_primitives(&bytes, &path, shape)
 }
 
-/// What tells the format; the rest is looked at once that is known.
-#[derive(Debug, Deserialize)]
-struct Head {
-    format: Option<String>,
-    version: Option<u32>,
-}
-
-#[derive(Debug, Deserialize)]
-struct File {
-    input: String,
-    seed: u64,
-    points: usize,
-    primitives: Vec<PrimitiveEntry>,
-}
-
-fn parse(text: &str) -> Result<(File, Vec<Primitive>), Fault> {
-    let head: Head = serde_json::from_str(text).map_err(|e| json_fault(&e))?;
-    if head.format.as_deref() != Some(FORMAT) {
-        return Err(Fault::whole(format!(
-            "it is JSON, but no file of primitives (its \"format\" is not \"{FORMAT}\"); \
-             give a {PRIMITIVES_FILE} or the folder of a run"
-        )));
-    }
-    if head.version != Some(VERSION) {
-        let found = head.version.map_or("missing".to_owned(), |v| v.to_string());
-        return Err(Fault::whole(format!(
-            "its version is {found}, but only version {VERSION} can be read; \
-             write it again or take a newer program"
-        )));
-    }
-    let file: File = serde_json::from_str(text).map_err(|e| json_fault(&e))?;
-    let mut ids = HashSet::new();
-    let primitives = file
-        .primitives
-        .iter()
-        .map(|entry| {
-            let id = entry.id;
-            let primitive =
-                primitive(entry).map_err(|problem| Fault::whole(format!("primitive {id}: {problem}")))?;
-            if !ids.insert(id) {
-                return Err(Fault::whole(format!("the id {id} belongs to two primitives")));
-            }
-            Ok(primitive)
+/// As [`read_primitives_of`], from the content of a file or a text that was
+/// pasted; `origin` is what messages call it.
+///
+/// # Errors
+/// The same.
+pub fn parse_primitives(
+    bytes: &[u8],
+    origin: &Path,
+    shape: Option<usize>,
+) -> Result<StoredPrimitives, ReadError> {
+    let parsed = if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
+        npz::parse(bytes, shape)
+    } else {
+        let text = text::decode(bytes);
+        let one =
+            if text.trim_start().starts_with(['{', '[']) { json::parse(&text) } else { csv::parse(&text) };
+        one.and_then(|stored| match shape {
+            None | Some(0) => Ok(stored),
+            Some(n) => Err(Fault::whole(format!("it holds one shape, so there is none at place {n}"))),
         })
-        .collect::<Result<Vec<_>, _>>()?;
-    let assigned = primitives.iter().try_fold(0usize, |sum, p| sum.checked_add(p.points));
-    if assigned.is_none_or(|n| n > file.points) {
-        return Err(Fault::whole("its primitives have more points than the cloud they were made from"));
-    }
-    Ok((file, primitives))
+    };
+    parsed.and_then(|stored| stored.checked(origin)).map_err(|fault| fault.in_file(origin.to_owned()))
 }
 
-fn json_fault(error: &serde_json::Error) -> Fault {
-    let whole = error.to_string();
-    let problem = whole.split(" at line ").next().unwrap_or(&whole).to_owned();
-    match error.line() {
-        0 => Fault::whole(problem),
-        line => Fault::at_line(line, problem),
+/// What a format's reader has found, unchecked where formats are alike.
+#[derive(Debug, Default)]
+struct Found {
+    input: Option<String>,
+    points: Option<usize>,
+    seed: Option<u64>,
+    sampling_seed: Option<u64>,
+    params: Option<Params>,
+    primitives: Vec<Primitive>,
+    notes: Vec<String>,
+}
+
+impl Found {
+    fn checked(self, origin: &Path) -> Result<StoredPrimitives, Fault> {
+        let Self { input, points, seed, sampling_seed, params, primitives, notes } = self;
+        let mut ids = HashSet::new();
+        for p in &primitives {
+            check(p).map_err(|problem| Fault::whole(format!("primitive {}: {problem}", p.id)))?;
+            if !ids.insert(p.id) {
+                return Err(Fault::whole(format!("the id {} belongs to two primitives", p.id)));
+            }
+        }
+        let assigned = primitives.iter().try_fold(0usize, |sum, p| sum.checked_add(p.points));
+        if assigned.is_none_or(|n| points.is_some_and(|all| n > all)) {
+            return Err(Fault::whole("its primitives have more points than the cloud they were made from"));
+        }
+        let path = origin.to_owned();
+        Ok(StoredPrimitives { path, input, points, seed, sampling_seed, params, primitives, notes })
     }
 }
 
-fn primitive(entry: &PrimitiveEntry) -> Result<Primitive, String> {
+/// Says what is wrong with a primitive, if anything is.
+fn check(p: &Primitive) -> Result<(), String> {
     let positive = |name: &str, values: &[f64]| {
         let wrong = values.iter().find(|v| !(v.is_finite() && **v > 0.0));
         wrong.map_or(Ok(()), |v| Err(format!("{name} {v} is not above 0")))
     };
-    positive("the exponent", &entry.eps)?;
-    positive("the semi-axis", &entry.scale)?;
-    if let Some(k) = entry.taper.iter().find(|k| k.is_nan() || k.abs() > 1.0) {
+    positive("the exponent", &p.shape.exponents)?;
+    positive("the semi-axis", p.shape.semi_axes.as_slice())?;
+    if let Some(k) = p.shape.taper.iter().find(|k| k.is_nan() || k.abs() > 1.0) {
         return Err(format!("the taper {k} is not between -1 and 1"));
     }
-    let [x, y, z] = entry.rotation;
-    let matrix = Matrix3::from_rows(&[x.into(), y.into(), z.into()]);
-    let off = (matrix.tr_mul(&matrix) - Matrix3::identity()).amax();
-    if !(off <= ORTHONORMAL && matrix.determinant() > 0.0) {
-        return Err("the matrix \"rotation\" is not a rotation".to_owned());
-    }
-    let shape = Superquadric {
-        exponents: entry.eps,
-        semi_axes: Vector3::from(entry.scale),
-        rotation: Rotation3::from_matrix_unchecked(matrix),
-        translation: Vector3::from(entry.translation),
-        taper: entry.taper,
-    };
-    if !(shape.is_valid() && entry.sigma >= 0.0 && entry.mean_distance >= 0.0) {
+    let numbers_fit = p.sigma >= 0.0 && p.sigma.is_finite();
+    if !(p.shape.is_valid() && numbers_fit && p.mean_distance >= 0.0 && p.mean_distance.is_finite()) {
         return Err("a number is not finite or below 0".to_owned());
     }
-    Ok(Primitive {
-        id: entry.id,
-        shape,
-        sigma: entry.sigma,
-        points: entry.points,
-        mean_distance: entry.mean_distance,
-        locked: false,
-    })
+    Ok(())
+}
+
+/// A rotation from its rows; what deviates by more than `allowed` is none. What
+/// was rounded is made orthonormal, what was not keeps its bits.
+fn rotation(rows: [[f64; 3]; 3], allowed: f64) -> Result<Rotation3<f64>, String> {
+    let [x, y, z] = rows;
+    let matrix = Matrix3::from_rows(&[x.into(), y.into(), z.into()]);
+    let off = (matrix.tr_mul(&matrix) - Matrix3::identity()).amax();
+    if !(off <= allowed && matrix.determinant() > 0.0) {
+        return Err("the matrix \"rotation\" is not a rotation".to_owned());
+    }
+    /// Beyond this it was written with fewer digits than there are.
+    const ROUNDED: f64 = 1e-12;
+    if off <= ROUNDED {
+        return Ok(Rotation3::from_matrix_unchecked(matrix));
+    }
+    let svd = matrix.svd(true, true);
+    match (svd.u, svd.v_t) {
+        (Some(u), Some(v_t)) => Ok(Rotation3::from_matrix_unchecked(u * v_t)),
+        _ => Err("the matrix \"rotation\" is not a rotation".to_owned()),
+    }
 }

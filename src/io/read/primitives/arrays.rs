@@ -1,0 +1,231 @@
+//! Arrays in an `.npz` archive.
+
+use std::borrow::Cow;
+use std::io::{Cursor, Read};
+
+use zip::ZipArchive;
+
+use crate::io::error::Fault;
+
+/// Most bytes that an array may unpack to.
+const LARGEST: u64 = 1 << 30;
+
+/// An archive of arrays, whose members are unpacked when they are asked for.
+pub(super) struct Archive<'a> {
+    zip: ZipArchive<Cursor<&'a [u8]>>,
+}
+
+/// An array of any type, in C order.
+#[derive(Debug)]
+pub(super) struct Array {
+    pub(super) shape: Vec<usize>,
+    kind: u8,
+    /// Bytes a value.
+    width: usize,
+    is_big_endian: bool,
+    data: Vec<u8>,
+}
+
+impl<'a> Archive<'a> {
+    pub(super) fn new(bytes: &'a [u8]) -> Result<Self, Fault> {
+        let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|e| {
+            Fault::whole(format!("the archive is damaged ({e}); it may not have been written to the end"))
+        })?;
+        Ok(Self { zip })
+    }
+
+    /// Names of all arrays, sorted.
+    pub(super) fn names(&self) -> Vec<String> {
+        let mut names: Vec<String> = self.members().map(|n| n.trim_end_matches(".npy").to_owned()).collect();
+        names.sort();
+        names
+    }
+
+    /// Members whose names can be read.
+    fn members(&self) -> impl Iterator<Item = Cow<'_, str>> {
+        self.zip.file_names().filter_map(Result::ok)
+    }
+
+    fn has(&self, name: &str) -> bool {
+        self.members().any(|n| n.strip_suffix(".npy") == Some(name))
+    }
+
+    /// The array of that name; `None` where there is none.
+    pub(super) fn get(&mut self, name: &str) -> Result<Option<Array>, Fault> {
+        if !self.has(name) {
+            return Ok(None);
+        }
+        let wrong = |problem: String| Fault::whole(format!("the array \"{name}\" {problem}"));
+        let member =
+            self.zip.by_name(&format!("{name}.npy")).map_err(|e| wrong(format!("can't be unpacked: {e}")))?;
+        let mut bytes = Vec::new();
+        member
+            .take(LARGEST + 1)
+            .read_to_end(&mut bytes)
+            .map_err(|e| wrong(format!("can't be unpacked: {e}")))?;
+        if bytes.len() as u64 > LARGEST {
+            return Err(wrong(format!("unpacks to more than {LARGEST} bytes")));
+        }
+        Array::parse(&bytes).map(Some).map_err(wrong)
+    }
+}
+
+impl Array {
+    fn parse(bytes: &[u8]) -> Result<Self, String> {
+        let damaged = || "has no head as NumPy writes it".to_owned();
+        let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(damaged)?;
+        let (length, from) = match rest {
+            [1, _, a, b, ..] => (usize::from(u16::from_le_bytes([*a, *b])), 4),
+            [2 | 3, _, a, b, c, d, ..] => (u32::from_le_bytes([*a, *b, *c, *d]) as usize, 6),
+            _ => return Err(damaged()),
+        };
+        let head = rest.get(from..).and_then(|r| r.get(..length)).ok_or_else(damaged)?;
+        let head = String::from_utf8_lossy(head);
+        let data = &rest[from + length..];
+
+        let after = |key: &str| head.split_once(&format!("'{key}':")).map(|(_, after)| after.trim_start());
+        let descr = after("descr").and_then(|t| t.strip_prefix('\'')?.split('\'').next());
+        let descr = descr.ok_or("has values of several kinds, which can't be read")?;
+        if after("fortran_order").is_none_or(|t| !t.starts_with("False")) {
+            return Err("is in Fortran order; save np.ascontiguousarray of it".to_owned());
+        }
+        let sizes =
+            after("shape").and_then(|t| t.strip_prefix('(')?.split(')').next()).ok_or_else(damaged)?;
+        let shape = sizes
+            .split(',')
+            .map(str::trim)
+            .filter(|size| !size.is_empty())
+            .map(|size| size.parse::<usize>().map_err(|_| damaged()))
+            .collect::<Result<Vec<_>, _>>()?;
+
+        let mut characters = descr.chars();
+        let (order, kind) = (characters.next(), characters.next());
+        let size = characters.as_str().parse::<usize>().ok();
+        let (Some(order), Some(kind), Some(size)) = (order, kind, size) else {
+            return Err(format!("is of type {descr}, which can't be read"));
+        };
+        let width = match (kind, size) {
+            ('f', 2 | 4 | 8) | ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1) => size,
+            ('S', 1..=4096) => size,
+            ('U', 1..=4096) => 4 * size,
+            _ => return Err(format!("is of type {descr}, which can't be read; save it as numbers")),
+        };
+        let wanted = shape.iter().try_fold(width, |n, &size| n.checked_mul(size));
+        if wanted.is_none_or(|n| n > data.len()) {
+            return Err(format!("should be of shape {shape:?}, but is cut short at {} bytes", data.len()));
+        }
+        let data = data[..wanted.unwrap_or(0)].to_vec();
+        Ok(Self { shape, kind: kind as u8, width, is_big_endian: order == '>', data })
+    }
+
+    /// Numbers of the values from place `from` on, or what is wrong with them.
+    pub(super) fn numbers(&self, from: usize, count: usize) -> Result<Vec<f64>, String> {
+        let bytes = from
+            .checked_mul(self.width)
+            .zip(from.checked_add(count).and_then(|end| end.checked_mul(self.width)))
+            .and_then(|(start, end)| self.data.get(start..end))
+            .ok_or_else(|| "is too short".to_owned())?;
+        if matches!(self.kind, b'S' | b'U') {
+            return Err("holds texts, where numbers are needed".to_owned());
+        }
+        Ok(bytes.chunks_exact(self.width).map(|value| self.number(value)).collect())
+    }
+
+    fn number(&self, value: &[u8]) -> f64 {
+        let mut le = [0; 8];
+        for (k, to) in le.iter_mut().take(self.width).enumerate() {
+            *to = if self.is_big_endian { value[self.width - 1 - k] } else { value[k] };
+        }
+        let bits = u64::from_le_bytes(le);
+        match (self.kind, self.width) {
+            (b'f', 2) => half(bits as u16),
+            (b'f', 4) => f64::from(f32::from_bits(bits as u32)),
+            (b'f', _) => f64::from_bits(bits),
+            (b'i', 1) => f64::from(bits as u8 as i8),
+            (b'i', 2) => f64::from(bits as u16 as i16),
+            (b'i', 4) => f64::from(bits as u32 as i32),
+            (b'i', _) => bits as i64 as f64,
+            _ => bits as f64,
+        }
+    }
+
+    /// The text at a place; `None` where the array holds none.
+    pub(super) fn text(&self, at: usize) -> Option<String> {
+        let value = self.data.chunks_exact(self.width).nth(at)?;
+        let text: String = match self.kind {
+            b'S' => String::from_utf8_lossy(value).into_owned(),
+            b'U' => value
+                .chunks_exact(4)
+                .map(|c| {
+                    let c = [c[0], c[1], c[2], c[3]];
+                    let code = if self.is_big_endian { u32::from_be_bytes(c) } else { u32::from_le_bytes(c) };
+                    char::from_u32(code).unwrap_or(char::REPLACEMENT_CHARACTER)
+                })
+                .collect(),
+            _ => return None,
+        };
+        Some(text.trim_end_matches('\0').to_owned())
+    }
+}
+
+/// A number of 16 bits, IEEE 754 binary16.
+fn half(bits: u16) -> f64 {
+    let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
+    let (exponent, fraction) = (i32::from((bits >> 10) & 31), f64::from(bits & 1023));
+    sign * match exponent {
+        0 => fraction * 2f64.powi(-24),
+        31 if fraction == 0.0 => f64::INFINITY,
+        31 => f64::NAN,
+        _ => (1.0 + fraction / 1024.0) * 2f64.powi(exponent - 15),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn npy(descr: &str, shape: &str, data: &[u8]) -> Vec<u8> {
+        let head = format!("{{'descr': '{descr}', 'fortran_order': False, 'shape': {shape}, }}\n");
+        let mut bytes = b"\x93NUMPY\x01\x00".to_vec();
+        bytes.extend((head.len() as u16).to_le_bytes());
+        bytes.extend(head.bytes());
+        bytes.extend(data);
+        bytes
+    }
+
+    #[test]
+    fn numbers_of_all_widths_and_byte_orders() {
+        for (descr, data, expected) in [
+            ("<f2", &[0x00, 0x3c, 0x00, 0xc0, 0x01, 0x00][..], vec![1.0, -2.0, 2f64.powi(-24)]),
+            (">f4", &[0x3f, 0x80, 0, 0], vec![1.0]),
+            ("<i2", &[0xff, 0xff], vec![-1.0]),
+            (">u2", &[1, 0], vec![256.0]),
+            ("|b1", &[1, 0], vec![1.0, 0.0]),
+            ("|i1", &[0x80], vec![-128.0]),
+        ] {
+            let array = Array::parse(&npy(descr, &format!("({},)", expected.len()), data)).unwrap();
+            assert_eq!(array.numbers(0, expected.len()).unwrap(), expected, "{descr}");
+            assert!(array.numbers(1, expected.len()).is_err());
+            assert!(array.numbers(usize::MAX, 2).is_err());
+        }
+    }
+
+    #[test]
+    fn heads_that_claim_too_much_are_refused() {
+        for (descr, shape) in [
+            ("<f8", "(2,)"),
+            ("<f8", "(18446744073709551615, 18446744073709551615)"),
+            ("<f8", "(-1,)"),
+            ("|O", "(1,)"),
+            ("<c16", "(0,)"),
+            ("", "()"),
+        ] {
+            assert!(Array::parse(&npy(descr, shape, &[0; 8])).is_err(), "{descr} {shape}");
+        }
+        let whole = npy("<f8", "(1,)", &[0; 8]);
+        assert!(Array::parse(&whole).is_ok());
+        for end in 0..whole.len() {
+            assert!(Array::parse(&whole[..end]).is_err());
+        }
+    }
+}
