@@ -166,4 +166,8 @@ pub enum Occurrence {
     Released {
         points: usize,
     },
+    /// A person has brought primitives, which stand in place of all that were.
+    Taken {
+        primitives: usize,
+    },
 }

@@ -94,7 +94,7 @@ pub struct Recovered {
 /// Iterations, ids and revisions of a sound checkpoint lie below these: the
 /// random streams have room for so many.
 const MOST_ITERATIONS: u32 = 1 << 24;
-const MOST_IDS: u32 = 1 << 30;
+pub(super) const MOST_IDS: u32 = 1 << 30;
 const MOST_REVISIONS: u64 = 1 << 62;
 /// Normalised lengths of a sound checkpoint lie below this: clouds are some 40
 /// long at most.

@@ -50,6 +50,9 @@ pub enum Edit {
     Together { samples: Vec<u32> },
     /// Lets go of pinned samples.
     Release { samples: Vec<u32> },
+    /// Takes these primitives, by id and in input units, in place of all: each
+    /// sample joins the nearest but for outliers, and the run is finished.
+    Take { primitives: Vec<(u32, Superquadric)> },
 }
 
 impl Edit {
@@ -67,9 +70,9 @@ const CUTS: u32 = 3;
 /// Steps of the two-way fit after an edit: nothing follows that could mend.
 const FIT_STEPS: usize = 25;
 
-type Outcome<T> = Result<T, InferenceError>;
+pub(super) type Outcome<T> = Result<T, InferenceError>;
 
-fn refuse<T>(problem: impl Into<String>) -> Outcome<T> {
+pub(super) fn refuse<T>(problem: impl Into<String>) -> Outcome<T> {
     Err(InferenceError::Edit(problem.into()))
 }
 
@@ -94,6 +97,7 @@ impl Sampler {
             Edit::NewCluster { samples } => next.new_cluster(samples, cancel),
             Edit::Together { samples } => next.together(samples, cancel),
             Edit::Release { samples } => next.release(samples),
+            Edit::Take { primitives } => next.take(primitives, cancel),
         };
         if cancel.is_requested() {
             return Err(InferenceError::Cancelled);

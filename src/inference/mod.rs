@@ -26,6 +26,7 @@ pub mod sampler;
 mod state;
 mod streams;
 mod sweep;
+mod take;
 mod thresholds;
 mod trust_region;
 mod two_way;

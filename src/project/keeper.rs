@@ -1,9 +1,8 @@
 //! The thread that keeps the session: it writes the journal, session files,
 //! and reads them, so that the window never waits for a disk.
 
-use std::collections::VecDeque;
 use std::path::PathBuf;
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
+use std::sync::mpsc::{Receiver, sync_channel};
 use std::thread::JoinHandle;
 use std::time::Duration;
 
@@ -13,6 +12,7 @@ use super::reading::{self, Opened};
 use super::saving::save;
 use crate::session::keeping::Found;
 use crate::session::workspace::Workspace;
+use crate::worker::Outbox;
 
 /// Orders and events on their way between the threads.
 const ORDERS: usize = 64;
@@ -70,9 +70,7 @@ enum Order {
 /// The owner's end of the thread.
 #[derive(Debug)]
 pub struct Keeper {
-    orders: Option<SyncSender<Order>>,
-    /// What the channel has no room for, oldest first.
-    backlog: VecDeque<Order>,
+    orders: Outbox<Order>,
     events: Receiver<Event>,
     count: u64,
     thread: Option<JoinHandle<()>>,
@@ -100,7 +98,7 @@ impl Keeper {
                 desk.obey_all(orders);
             }
         })?;
-        Ok(Self { orders: Some(orders), backlog: VecDeque::new(), events, count: 0, thread: Some(thread) })
+        Ok(Self { orders: Outbox::new(orders), events, count: 0, thread: Some(thread) })
     }
 
     /// Hands the session over to be kept in the journal; never blocks. Where
@@ -144,30 +142,18 @@ impl Keeper {
     /// Ends the thread once all is on the disk: unsaved work is kept as the
     /// last session.
     pub fn close(mut self, unsaved: Option<Workspace>) {
-        self.backlog.retain(|order| !matches!(order, Order::Keep(..)));
-        self.backlog.push_back(Order::Close(unsaved.map(Box::new)));
+        self.orders.waiting().retain(|order| !matches!(order, Order::Keep(..)));
+        self.orders.push(Order::Close(unsaved.map(Box::new)));
     }
 
     fn order(&mut self, order: Order) {
-        self.backlog.push_back(order);
+        self.orders.push(order);
         self.flush();
     }
 
     fn flush(&mut self) {
-        let Some(orders) = &self.orders else { return };
-        while let Some(order) = self.backlog.pop_front() {
-            match orders.try_send(order) {
-                Ok(()) => {}
-                Err(TrySendError::Full(order)) => {
-                    self.backlog.push_front(order);
-                    return;
-                }
-                Err(TrySendError::Disconnected(_)) => {
-                    tracing::error!("the keeper's thread has ended; the session is kept no more");
-                    self.backlog.clear();
-                    return;
-                }
-            }
+        if !self.orders.flush() {
+            tracing::error!("the keeper's thread has ended; the session is kept no more");
         }
     }
 }
@@ -175,21 +161,11 @@ impl Keeper {
 impl Drop for Keeper {
     /// Waits until what was handed over is on the disk.
     fn drop(&mut self) {
-        if let Some(orders) = self.orders.take() {
-            for order in self.backlog.drain(..) {
-                // A keeper that waits for room among the events would wait for ever.
-                let mut waiting = Some(order);
-                while let Some(order) = waiting.take() {
-                    match orders.try_send(order) {
-                        Err(TrySendError::Full(order)) => {
-                            waiting = Some(order);
-                            let _ = self.events.recv_timeout(Duration::from_millis(1));
-                        }
-                        Ok(()) | Err(TrySendError::Disconnected(_)) => {}
-                    }
-                }
-            }
+        while self.orders.flush() && !self.orders.waiting().is_empty() {
+            // A keeper that waits for room among the events would wait for ever.
+            let _ = self.events.recv_timeout(Duration::from_millis(1));
         }
+        self.orders.close();
         let (_, nobody) = sync_channel(1);
         self.events = nobody;
         if let Some(thread) = self.thread.take()

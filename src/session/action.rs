@@ -415,6 +415,21 @@ pub const ALTERNATIVES: &[(Option<Shortcut>, Verb)] =
     &[(ctrl('P'), Verb::ShowCommands), (ctrl('='), Verb::ZoomIn)];
 
 impl Verb {
+    /// Whether it changes the shown state by hand.
+    pub const fn is_edit(self) -> bool {
+        matches!(
+            self,
+            Self::MergeSelected
+                | Self::SplitSelected
+                | Self::DeleteSelected
+                | Self::RefitSelected
+                | Self::LockSelected
+                | Self::NewCluster
+                | Self::BelongTogether
+                | Self::ReleasePoints
+        )
+    }
+
     /// Every shortcut of the verb, the one that menus show first.
     pub fn shortcuts(self) -> impl Iterator<Item = Shortcut> {
         let others = ALTERNATIVES.iter().filter(move |(_, verb)| *verb == self);

@@ -68,6 +68,9 @@ fn sentence(occurrence: &Occurrence) -> Option<String> {
         Occurrence::Created { id, points: n } => format!("{} became primitive {id}", points(*n)),
         Occurrence::Pinned { id, points: n } => format!("{} stay with primitive {id} now", points(*n)),
         Occurrence::Released { points: n } => format!("{} may change their primitive again", points(*n)),
+        Occurrence::Taken { primitives: n } => {
+            format!("{n} {} brought in", if *n == 1 { "primitive was" } else { "primitives were" })
+        }
         _ => return None,
     })
 }

@@ -143,16 +143,7 @@ impl Session {
             Verb::StepMerge | Verb::MergeAll => {
                 Some("Only the sampler merges; the method of this run has nothing to judge a merge by")
             }
-            Verb::Continue
-            | Verb::MergeSelected
-            | Verb::JudgeMerge
-            | Verb::SplitSelected
-            | Verb::RefitSelected
-            | Verb::DeleteSelected
-            | Verb::LockSelected
-            | Verb::NewCluster
-            | Verb::BelongTogether
-            | Verb::ReleasePoints => {
+            verb if verb.is_edit() || matches!(verb, Verb::Continue | Verb::JudgeMerge) => {
                 Some("Only the sampler's states can be changed by hand; choose that method and run")
             }
             _ => None,

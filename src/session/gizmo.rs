@@ -9,6 +9,7 @@ use nalgebra::{Point3, Rotation3, Unit, UnitQuaternion, Vector2, Vector3};
 
 use super::camera::Camera;
 use crate::geometry::Superquadric;
+use crate::inference::Edit;
 
 mod screen;
 #[cfg(test)]
@@ -16,9 +17,6 @@ mod tests;
 
 pub use screen::Screen;
 
-/// Limits of the shape exponents: nearer to 0 or 2 a surface has edges that
-/// nothing on the screen can follow.
-pub const EXPONENTS: (f64, f64) = (0.1, 1.9);
 /// The least semi-axis, in scene units.
 const LEAST_AXIS: f64 = 1e-4;
 /// The most.
@@ -271,7 +269,8 @@ impl Gizmo {
             Handle::Taper(axis) => {
                 let step = self.step_along(axis, &self.taper_place(axis), from, to)?;
                 let taper = shape.taper.get_mut(axis)?;
-                *taper = (*taper + step / shape.semi_axes[axis]).clamp(-1.0, 1.0);
+                *taper =
+                    (*taper + step / shape.semi_axes[axis]).clamp(-Edit::LARGEST_TAPER, Edit::LARGEST_TAPER);
             }
             Handle::Exponent(which) => {
                 let held = self.screen.pixel(&self.exponent_place(which, *shape.exponents.get(which)?))?;
@@ -317,7 +316,7 @@ impl Gizmo {
             let seen = self.screen.pixel(&self.exponent_place(which, e));
             seen.map_or(f64::INFINITY, |p| (p - pixel).norm())
         };
-        let (low, high) = EXPONENTS;
+        let (low, high) = Edit::EXPONENTS;
         let steps = 64;
         let step = (high - low) / f64::from(steps);
         let nearest = (0..=steps)

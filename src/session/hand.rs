@@ -134,6 +134,7 @@ impl Session {
         let step = |text: &str| Some(Undoable::Step(text.to_owned()));
         match action {
             Action::Verb(verb) => match verb {
+                verb if verb.is_edit() => step(verb.entry().text),
                 Verb::OpenBuiltIn
                 | Verb::Run
                 | Verb::StepIteration
@@ -142,14 +143,6 @@ impl Session {
                 | Verb::Resample
                 | Verb::Continue
                 | Verb::ContinueHere
-                | Verb::MergeSelected
-                | Verb::SplitSelected
-                | Verb::DeleteSelected
-                | Verb::RefitSelected
-                | Verb::LockSelected
-                | Verb::NewCluster
-                | Verb::BelongTogether
-                | Verb::ReleasePoints
                 | Verb::Deselect
                 | Verb::HideSelected
                 | Verb::ShowAll => step(verb.entry().text.trim_end_matches('…')),
@@ -258,5 +251,6 @@ fn name_of(edit: &Edit) -> String {
         Edit::NewCluster { .. } => "New cluster".to_owned(),
         Edit::Together { .. } => "These belong together".to_owned(),
         Edit::Release { .. } => "Release pinned points".to_owned(),
+        Edit::Take { .. } => "Bring in primitives".to_owned(),
     }
 }

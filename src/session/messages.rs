@@ -238,6 +238,7 @@ pub fn of_step(snapshot: &Snapshot) -> String {
             }
             Occurrence::Halved { id, into } => format!("{id} was cut in two, {id} and {into}"),
             Occurrence::Deleted { id, points } => format!("{id} was deleted ({points} points)"),
+            Occurrence::Taken { primitives } => format!("{primitives} brought in"),
             Occurrence::Created { id, points } => format!("{id} was made of {points} points"),
             Occurrence::Pinned { id, points } => format!("{points} points were pinned to {id}"),
             Occurrence::Released { points } => format!("{points} points were released"),

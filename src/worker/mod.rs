@@ -5,9 +5,8 @@
 //! that travels with each command. The worker knows nothing of a window; it is
 //! handed a `wake` callback and calls it after every event.
 
-use std::collections::VecDeque;
 use std::sync::Arc;
-use std::sync::mpsc::{self, Receiver, SyncSender, TrySendError};
+use std::sync::mpsc::{self, Receiver};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -16,6 +15,7 @@ use crate::inference::{Cancel, Run};
 mod engine;
 mod machine;
 mod measure;
+mod outbox;
 mod pacer;
 pub mod protocol;
 mod seeds;
@@ -26,6 +26,7 @@ mod trouble;
 
 use engine::{Engine, Order};
 use machine::Machine;
+pub(crate) use outbox::Outbox;
 pub use protocol::{
     Activity, Cause, Command, Event, LoadedShape, Measurement, Pace, Renewed, SamplingOptions, SeedNews,
     SeedRequest, SeedRun, Setup, Snapshot, Source, State,
@@ -47,15 +48,12 @@ type Wake = dyn Fn() + Send + Sync;
 /// going on, stops the thread and waits for it.
 #[derive(Debug)]
 pub struct Worker {
-    /// `None` only while dropping.
-    orders: Option<SyncSender<Order>>,
+    orders: Outbox<Order>,
     /// `None` only while dropping.
     events: Option<Receiver<Told>>,
     /// Counts the states that were resumed: what is told of an earlier epoch's
     /// state came too late.
     epoch: u64,
-    /// Commands that found the channel full, oldest first.
-    backlog: VecDeque<Order>,
     /// The flag that travels with the commands sent since the last
     /// interrupting one.
     cancel: Cancel,
@@ -85,10 +83,9 @@ impl Worker {
                 }
             })?;
         Ok(Self {
-            orders: Some(orders),
+            orders: Outbox::new(orders),
             events: Some(events),
             epoch: 0,
-            backlog: VecDeque::new(),
             cancel: Cancel::default(),
             thread: Some(thread),
         })
@@ -106,12 +103,12 @@ impl Worker {
             self.epoch += 1;
         }
         // A slider that is dragged while the worker is busy leaves one command, not hundreds.
-        if let Some(Order { command: waiting, .. }) = self.backlog.back()
+        if let Some(Order { command: waiting, .. }) = self.orders.waiting().back()
             && command.replaces(waiting)
         {
-            self.backlog.pop_back();
+            self.orders.waiting().pop_back();
         }
-        self.backlog.push_back(Order { command, cancel: self.cancel.clone(), epoch: self.epoch });
+        self.orders.push(Order { command, cancel: self.cancel.clone(), epoch: self.epoch });
         self.flush();
     }
 
@@ -137,21 +134,9 @@ impl Worker {
     }
 
     fn flush(&mut self) {
-        let Some(orders) = &self.orders else { return };
-        while let Some(order) = self.backlog.pop_front() {
-            match orders.try_send(order) {
-                Ok(()) => {}
-                Err(TrySendError::Full(order)) => {
-                    self.backlog.push_front(order);
-                    return;
-                }
-                // The thread ends only with its owner; catch_unwind guards everything before.
-                Err(TrySendError::Disconnected(_)) => {
-                    tracing::error!("the worker's thread has ended; the command was dropped");
-                    self.backlog.clear();
-                    return;
-                }
-            }
+        if !self.orders.flush() {
+            // The thread ends only with its owner; catch_unwind guards everything before.
+            tracing::error!("the worker's thread has ended; the command was dropped");
         }
     }
 }
@@ -171,7 +156,7 @@ impl Drop for Worker {
     fn drop(&mut self) {
         self.cancel.request();
         // Without channels a waiting worker wakes up and a sending one fails: it ends either way.
-        self.orders = None;
+        self.orders.close();
         self.events = None;
         if let Some(thread) = self.thread.take()
             && thread.join().is_err()

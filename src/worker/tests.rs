@@ -446,7 +446,11 @@ fn an_owner_that_takes_no_events_can_send_and_drop() {
     for i in 0..10_000_u32 {
         worker.send(Command::SetParams(Params { alpha: f64::from(1 + i % 50), ..Params::default() }));
     }
-    assert!(worker.backlog.len() <= 1, "a dragged slider piles up: {}", worker.backlog.len());
+    assert!(
+        worker.orders.waiting().len() <= 1,
+        "a dragged slider piles up: {}",
+        worker.orders.waiting().len()
+    );
     drop(worker);
 }
 

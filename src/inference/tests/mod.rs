@@ -13,6 +13,7 @@ mod merges;
 mod proposals;
 mod runs;
 mod scenes;
+mod take;
 mod uncertain;
 
 use std::sync::Arc;

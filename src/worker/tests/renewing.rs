@@ -64,7 +64,7 @@ fn the_latest_wins_and_those_between_are_never_begun() {
     for i in 2..=200 {
         renew(&mut worker, setup(WELL_BEHAVED, f64::from(i) * 0.1), false);
     }
-    assert!(worker.backlog.len() <= 1, "restarts pile up: {}", worker.backlog.len());
+    assert!(worker.orders.waiting().len() <= 1, "restarts pile up: {}", worker.orders.waiting().len());
     open_gate(seed);
     let mut events = until(&mut worker, |e| matches!(e, Event::Renewed(r) if r.setup.params.alpha == 20.0));
     events.extend(until_idle(&mut worker));
