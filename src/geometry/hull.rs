@@ -117,16 +117,18 @@ mod tests {
         let used: HashSet<u32> = faces.iter().flatten().copied().collect();
         assert_eq!(used.len() + faces.len(), directed.len() / 2 + 2, "Euler's formula");
         let (lo, hi) = bounds(points.iter().copied()).unwrap();
-        let unit = |p: &Point3<f64>| (p - lo).component_div(&(hi - lo));
+        // On the grid, where it was decided: thin faces have no direction of
+        // their own beyond it.
+        let unit = |p: &Point3<f64>| (p - lo).component_div(&(hi - lo)).map(|t| (t * STEPS).round());
         let mut volume = 0.0;
         for face in &faces {
             let [a, b, c] = face.map(|i| unit(&points[i as usize]));
             let normal = (b - a).cross(&(c - a)).normalize();
             let out = points.iter().map(|p| normal.dot(&(unit(p) - a))).fold(f64::MIN, f64::max);
-            assert!(out < 1e-5, "a point lies {out} outside");
+            assert!(out < 1e-3, "a point lies {out} steps outside");
             volume += a.dot(&b.cross(&c)) / 6.0;
         }
-        (volume * (hi - lo).product(), faces)
+        (volume * (hi - lo).product() / STEPS.powi(3), faces)
     }
 
     #[test]
@@ -160,7 +162,7 @@ mod tests {
                     let ratio = volume / shape.volume();
                     assert!(ratio > 0.9, "{eps:?} {taper:?}: {ratio}");
                     if eps[0].max(eps[1]) <= 2.0 && taper == [0.0; 2] {
-                        assert!(ratio < 1.0 + 1e-9, "{eps:?}: {ratio}");
+                        assert!(ratio < 1.0 + 1e-5, "{eps:?}: {ratio}");
                     }
                 }
             }

@@ -384,7 +384,7 @@ mod tests {
         // Two large faces a side: each is mostly of one label.
         let coarse = face_labels(&cube(1, true), &cloud, &labels);
         assert_eq!(coarse.iter().filter(|&&l| l == 7).count(), 0);
-        let broken = TriMesh { faces: vec![[0, 1, 99]], ..mesh };
+        let broken = TriMesh { faces: vec![[0, 1, 99_999]], ..mesh };
         assert_eq!(face_labels(&broken, &cloud, &labels), [u32::MAX]);
     }
 
