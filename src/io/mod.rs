@@ -15,7 +15,10 @@ use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, samp
 
 pub use error::{Place, ReadError, WriteError};
 pub use read::primitives::{StoredPrimitives, parse_primitives, read_primitives, read_primitives_of};
-pub use read::{SESSION_ENDING, SHAPE_ENDINGS, built_in, has_session_ending, has_shape_ending, read};
+pub use read::{
+    SESSION_ENDING, SHAPE_ENDINGS, built_in, has_session_ending, has_shape_ending, holds_primitives, read,
+    shape_of,
+};
 pub use write::{
     AnimationFormat, AnimationWriter, Choice, ExportOptions, Exported, Format, Kind, LARGEST_GIF, Outcome,
     PRIMITIVES_FILE, PhaseTimes, PrimitiveSet, REPORT_FILE, RunRecord, SEGMENTED_FILE, estimated_size,

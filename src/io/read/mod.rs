@@ -7,6 +7,7 @@ mod off;
 mod ply;
 pub(super) mod primitives;
 mod raw;
+mod results;
 mod stl;
 mod text;
 mod xyz;
@@ -15,6 +16,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::{ReadError, Shape};
+pub use results::{holds_primitives, shape_of};
 
 /// Largest file that is read, in bytes.
 const LARGEST: u64 = 8 << 30;
