@@ -267,7 +267,10 @@ impl App {
             match effect {
                 Effect::Send(command) => self.send(command),
                 Effect::AskForShape => self.ask(ctx, Purpose::Open),
-                Effect::AskForExport(export) => self.ask(ctx, Purpose::Export(export)),
+                Effect::AskForExport => self.interface.ask_for_export(&self.session),
+                Effect::AskForPrimitives => self.ask(ctx, Purpose::Primitives),
+                Effect::Copy(text) => ctx.copy_text(text),
+                Effect::RequestPaste => ctx.send_viewport_cmd(egui::ViewportCommand::RequestPaste),
                 Effect::AskForScreenshot => self.ask(ctx, Purpose::Screenshot),
                 Effect::SaveScreenshot(path) => self.request_picture(ctx, path),
                 Effect::AskForSession => self.ask(ctx, Purpose::Session),
@@ -317,7 +320,7 @@ impl App {
         let name = self.session.loaded.as_ref().map_or("superform", |l| l.shape.name.as_str());
         let stem = Path::new(name).file_stem().map_or_else(|| "superform".into(), |s| s.to_string_lossy());
         let window = &self.session.window;
-        let folder = if purpose == Purpose::Open { &window.open_folder } else { &window.save_folder };
+        let folder = if purpose.is_reading() { &window.open_folder } else { &window.save_folder };
         // It may have gone since.
         let folder = folder.as_deref().filter(|folder| folder.is_dir());
         self.interface.ask(ctx, purpose, &stem, folder);

@@ -2,18 +2,26 @@
 //!
 //! ```text
 //! superform [FILE] [settings] [--screenshot shot.png] [--headless]
-//! superform run INPUT -o DIR [settings]
+//! superform run INPUT… -o DIR [settings]
+//! superform run --manifest FILE -o DIR [--shard I/N] [settings]
+//! superform merge-results DIR
 //! superform evaluate RESULT --reference FILE [--json]
 //! superform bench SHAPES… [--methods a,b,…] [--seeds 1..3] [-o DIR]
 //! superform bench --scaling [SHAPE]
+//! superform completions SHELL
+//! superform man [-o DIR]
 //! ```
 
+mod batch;
 mod bench;
 mod display;
 mod evaluate;
 mod headless;
 mod interrupt;
+mod job;
 mod journal;
+mod manual;
+mod run;
 mod settings;
 
 use std::io::Write;
@@ -31,11 +39,13 @@ use crate::geometry::metrics::MetricOptions;
 use crate::inference::Params;
 use crate::worker::Source;
 
+pub use batch::{BatchJob, MergeJob};
 pub use bench::{BenchJob, ScalingJob};
 pub use display::why_no_display;
 pub use evaluate::EvaluateJob;
 pub use headless::HeadlessJob;
 pub use journal::{Journal, JournalLayer, Record};
+pub use manual::ManualJob;
 
 /// Where a job goes that was meant for the window.
 const FALLBACK_FOLDER: &str = "superform-out";
@@ -56,11 +66,28 @@ pub struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Abstract a shape without a window and write the results to a folder
+    /// Abstract shapes without a window and write the results to a folder
     ///
     /// Writes segmented.ply (the cloud with labels and colours), primitives.json
     /// and report.json: all three, or none.
-    Run(RunArgs),
+    ///
+    /// One file's results go straight into the folder. Several files, a folder, a
+    /// pattern, a manifest or a sweep are a batch: each job's results go to a
+    /// folder of its own in there, and results.csv and results.jsonl get a row a
+    /// job. The same command again does only what is not finished.
+    ///
+    /// Exit status: 0 if all went well, 1 if one file's run or the whole batch
+    /// failed, 2 for a command line that makes no sense, 10 + n if n jobs of a
+    /// batch failed (at most 110), 130 if it was stopped.
+    Run(run::RunArgs),
+    /// Make one table of the results that several runs have left in a folder
+    ///
+    /// For runs with --shard or --lines, each of which has a table of its own:
+    /// writes results.csv and results.jsonl. Exit status: 10 + n if n jobs failed.
+    MergeResults {
+        /// The folder that the runs wrote to
+        dir: PathBuf,
+    },
     /// Measure a result against a shape: Chamfer distance, IoU, number of primitives
     ///
     /// Lengths are in units of the longest edge of the reference's bounding box.
@@ -74,6 +101,17 @@ enum Command {
     /// With --scaling it measures how the time of one method on one shape grows
     /// instead, on all cores, and writes scaling.md and scaling.csv.
     Bench(bench::BenchArgs),
+    /// Print a script that completes commands and options in a shell
+    Completions {
+        /// The shell that it is for
+        shell: clap_complete::Shell,
+    },
+    /// Print the manual page, or write one for each command
+    Man {
+        /// Folder for superform.1, superform-run.1 and so on
+        #[arg(short, long, value_name = "DIR")]
+        output: Option<PathBuf>,
+    },
 }
 
 #[derive(Debug, Args)]
@@ -91,17 +129,6 @@ struct OpenArgs {
     /// Open the window as on the first start: its size, panels, theme and recent files
     #[arg(long, conflicts_with = "headless")]
     reset_layout: bool,
-}
-
-#[derive(Debug, Args)]
-struct RunArgs {
-    /// Mesh or point cloud to read: OBJ, PLY, STL, OFF, glTF, GLB or XYZ text
-    input: PathBuf,
-    /// Folder for the results; made if it isn't there
-    #[arg(short, long, value_name = "DIR")]
-    output: PathBuf,
-    #[command(flatten)]
-    settings: SettingsArgs,
 }
 
 #[derive(Debug, Args)]
@@ -141,9 +168,12 @@ impl MeasureArgs {
 pub enum Request {
     Window(WindowRequest),
     Headless(HeadlessJob),
+    Batch(BatchJob),
+    Merge(MergeJob),
     Evaluate(EvaluateJob),
     Bench(BenchJob),
     Scaling(ScalingJob),
+    Manual(ManualJob),
 }
 
 /// What the window is to be opened with.
@@ -176,15 +206,13 @@ impl Cli {
     /// # Errors
     /// One sentence that names the setting and its limits.
     pub fn request(self) -> Result<Request, String> {
-        let job = |input: Option<PathBuf>, output, settings: &SettingsArgs| {
-            let (sampling, params) = settings.resolve()?;
-            let source = input.map_or(Source::BuiltIn, Source::File);
-            Ok::<_, String>(HeadlessJob { source, sampling, params, output })
-        };
         match self.command {
-            Some(Command::Run(run)) => {
-                return job(Some(run.input), run.output, &run.settings).map(Request::Headless);
+            Some(Command::Run(run)) => return run.resolve(),
+            Some(Command::MergeResults { dir }) => return Ok(Request::Merge(MergeJob { folder: dir })),
+            Some(Command::Completions { shell }) => {
+                return Ok(Request::Manual(ManualJob::Completions(shell)));
             }
+            Some(Command::Man { output }) => return Ok(Request::Manual(ManualJob::Pages(output))),
             Some(Command::Evaluate(EvaluateArgs { result, reference, json, measure, seed })) => {
                 let options = measure.resolve(seed)?;
                 return Ok(Request::Evaluate(EvaluateJob { result, reference, json, options }));
@@ -193,11 +221,12 @@ impl Cli {
             None => {}
         }
         let OpenArgs { file, settings, screenshot, headless, reset_layout } = self.open;
-        let job = job(file, PathBuf::from(FALLBACK_FOLDER), &settings)?;
+        let (sampling, params) = settings.resolve()?;
+        let source = file.map_or(Source::BuiltIn, Source::File);
         if headless {
-            return Ok(Request::Headless(job));
+            let output = PathBuf::from(FALLBACK_FOLDER);
+            return Ok(Request::Headless(HeadlessJob { source, sampling, params, output, quiet: false }));
         }
-        let HeadlessJob { source, sampling, params, .. } = job;
         Ok(Request::Window(WindowRequest { source, sampling, params, screenshot, reset_layout }))
     }
 }
@@ -232,7 +261,8 @@ pub fn instead_of_window(request: WindowRequest, why: &str) -> ExitCode {
         return fail(&format!("{why}, and a screenshot needs a window; on a server try xvfb-run"));
     }
     say(&format!("{why}; doing the job without a window, results go to ./{FALLBACK_FOLDER}"));
-    HeadlessJob { source, sampling, params, output: PathBuf::from(FALLBACK_FOLDER) }.run()
+    let output = PathBuf::from(FALLBACK_FOLDER);
+    HeadlessJob { source, sampling, params, output, quiet: false }.run()
 }
 
 /// Sends warnings (or what RUST_LOG asks for) to standard error, and warnings

@@ -8,6 +8,9 @@ fn main() -> ExitCode {
     let journal = cli::start_log();
     match Cli::read().request() {
         Ok(Request::Headless(job)) => job.run(),
+        Ok(Request::Batch(job)) => job.run(),
+        Ok(Request::Merge(job)) => job.run(),
+        Ok(Request::Manual(job)) => job.run(),
         Ok(Request::Evaluate(job)) => job.run(),
         Ok(Request::Bench(job)) => job.run(),
         Ok(Request::Scaling(job)) => job.run(),

@@ -1,14 +1,15 @@
 //! The worker with the real sampler.
 #![allow(clippy::unwrap_used)]
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Duration;
 
 use superform::geometry::metrics::{MetricOptions, evaluate};
 use superform::inference::{Method, Params, Phase};
-use superform::io;
+use superform::io::{self, ExportOptions, Format};
 use superform::worker::{
-    Activity, Command, Event, LoadedShape, SamplingOptions, Snapshot, Source, State, Worker,
+    Activity, Command, Event, ExportRequest, LoadedShape, SamplingOptions, Snapshot, Source, State, Worker,
 };
 
 /// Longer than anything here takes; reached only by a failing test.
@@ -84,6 +85,97 @@ fn a_run_interrupted_again_and_again_gives_the_same_bits() {
     assert_eq!(pieced.abstraction.primitives, whole.abstraction.primitives);
 }
 
+fn export(path: &Path, format: Format, state: &State) -> Command {
+    Command::Export(Box::new(ExportRequest {
+        path: path.to_owned(),
+        format,
+        options: ExportOptions::default(),
+        state: state.clone(),
+        colors: Arc::default(),
+    }))
+}
+
+/// What loading a file comes to: the shape and its only state.
+fn opened(worker: &mut Worker, path: &Path) -> (Arc<LoadedShape>, Arc<Snapshot>) {
+    let sampling = SamplingOptions { points: 800, seed: 3, ..SamplingOptions::default() };
+    worker.send(Command::Load { source: Source::File(path.to_owned()), sampling });
+    let mut found = (None, None);
+    loop {
+        match worker.next_event(PATIENCE).expect("the worker has fallen silent") {
+            Event::Loaded(loaded) => found.0 = Some(loaded),
+            Event::Snapshot(snapshot) => found.1 = Some(snapshot),
+            Event::Failed { what, error } => panic!("{what}: {error}"),
+            Event::Activity(Activity::Idle) if found.1.is_some() => break,
+            _ => {}
+        }
+    }
+    (found.0.unwrap(), found.1.unwrap())
+}
+
+fn assert_same_primitives(a: &Snapshot, b: &Snapshot) {
+    assert_eq!(a.abstraction.primitives.len(), b.abstraction.primitives.len());
+    for (a, b) in a.abstraction.primitives.iter().zip(b.abstraction.primitives.iter()) {
+        assert_eq!(a.id, b.id);
+        let size = a.shape.semi_axes.norm();
+        assert!((a.shape.semi_axes - b.shape.semi_axes).norm() < 1e-9 * size);
+        assert!((a.shape.translation - b.shape.translation).norm() < 1e-9 * size);
+        assert!(a.shape.rotation.rotation_to(&b.shape.rotation).matrix().trace() > 3.0 - 1e-9);
+    }
+}
+
+#[test]
+fn a_result_is_opened_with_what_it_stands_for_and_goes_on() {
+    let folder = tempfile::tempdir().unwrap();
+    let (mut worker, loaded) = start_with_shape();
+    worker.send(Command::Run);
+    let state = until_idle(&mut worker).pop().unwrap();
+    let shown = State { loaded, snapshot: Arc::clone(&state) };
+    for (format, name, shape) in [
+        (Format::PrimitivesJson, "primitives.json", "built-in chair"),
+        (Format::PrimitivesNpz, "primitives.npz", "built-in chair"),
+        (Format::PrimitivesCsv, "alone.csv", "alone.csv"),
+    ] {
+        let path = folder.path().join(name);
+        worker.send(export(&path, format, &shown));
+        until_idle(&mut worker);
+        // Whoever opens it has another shape open, or none.
+        let mut other = Worker::spawn(|| {}).unwrap();
+        let (loaded, taken) = opened(&mut other, &path);
+        assert_eq!(loaded.shape.name, shape);
+        assert_eq!(taken.abstraction.phase, Phase::Finished);
+        assert_same_primitives(&taken, &state);
+        assert!(taken.abstraction.primitives.iter().all(|p| p.points > 0), "{name}: some have no points");
+        other.send(Command::Extend(2));
+        let last = until_idle(&mut other).pop().unwrap();
+        assert_eq!((last.abstraction.iteration, last.abstraction.phase), (2, Phase::Finished));
+    }
+}
+
+#[test]
+fn primitives_of_a_file_take_the_place_of_the_present_ones() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("primitives.csv");
+    let (mut worker, loaded) = start_with_shape();
+    worker.send(Command::Run);
+    let state = until_idle(&mut worker).pop().unwrap();
+    worker.send(export(&path, Format::PrimitivesCsv, &State { loaded, snapshot: Arc::clone(&state) }));
+    worker.send(Command::Reset);
+    until_idle(&mut worker);
+    worker.send(Command::TakeFrom(path.clone()));
+    let taken = until_idle(&mut worker).pop().unwrap();
+    assert_same_primitives(&taken, &state);
+    // What can't be read changes nothing.
+    std::fs::write(&path, "1,2,3\n").unwrap();
+    worker.send(Command::TakeFrom(path));
+    let event =
+        std::iter::from_fn(|| worker.next_event(PATIENCE)).find(|e| matches!(e, Event::Failed { .. }));
+    let Some(Event::Failed { what, error }) = event else { unreachable!() };
+    assert!(what.contains("could not be brought in") && error.contains("line 1"), "{what}: {error}");
+    until_idle(&mut worker);
+    worker.send(Command::Extend(1));
+    assert_eq!(until_idle(&mut worker).pop().unwrap().abstraction.iteration, 1);
+}
+
 #[test]
 fn the_results_of_a_step_are_exported() {
     let folder = tempfile::tempdir().unwrap();
@@ -92,9 +184,9 @@ fn the_results_of_a_step_are_exported() {
     worker.send(Command::StepIteration);
     let state = until_idle(&mut worker).pop().unwrap();
     let shown = State { loaded, snapshot: Arc::clone(&state) };
-    worker.send(Command::ExportCloud(cloud.clone(), shown.clone(), Arc::default()));
+    worker.send(export(&cloud, Format::CloudPly, &shown));
     until_idle(&mut worker);
-    worker.send(Command::ExportPrimitives(primitives.clone(), shown));
+    worker.send(export(&primitives, Format::PrimitivesJson, &shown));
     until_idle(&mut worker);
     assert!(std::fs::read(&cloud).unwrap().starts_with(b"ply"));
     let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&primitives).unwrap()).unwrap();
@@ -149,7 +241,7 @@ fn a_finished_run_is_measured_as_evaluate_measures_its_file() {
     assert_eq!(measurement.snapshot.abstraction.phase, Phase::Finished);
     let found = measurement.result.as_ref().unwrap();
     let state = State { loaded, snapshot: Arc::clone(&measurement.snapshot) };
-    worker.send(Command::ExportPrimitives(path.clone(), state));
+    worker.send(export(&path, Format::PrimitivesJson, &state));
     while !matches!(worker.next_event(PATIENCE).expect("the worker has fallen silent"), Event::Written { .. })
     {
     }

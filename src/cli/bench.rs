@@ -25,8 +25,9 @@ use serde::Serialize;
 
 use self::runner::{Task, run_all};
 use self::shapes::BenchShape;
-use self::store::{Row, Store, fingerprint};
+use self::store::{Row, Store};
 use self::table::Table;
+use super::batch::fingerprint::fingerprint;
 use super::interrupt::{INTERRUPTED, cancel_on_interrupt};
 use super::settings::{TuningArgs, methods};
 use super::{MeasureArgs, Request, fail, say};

@@ -1,19 +1,18 @@
-//! The job without a window: read, sample, infer, write.
+//! The job without a window: one shape, to its files.
 
 use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::until_done_or_interrupted;
+use super::job::{Finished, Stage};
 use super::say;
 use crate::geometry::SamplingOptions;
-use crate::geometry::palette::Colors;
-use crate::inference::{Abstraction, Cancel, InferenceError, Occurrence, Params, Run};
-use crate::io::{self, Outcome, RunRecord, Shape, ShapeGeometry};
+use crate::inference::{Cancel, Params};
+use crate::io::{Outcome, Shape, ShapeGeometry};
 use crate::worker::Source;
 
 /// A whole run, from a shape to its files.
@@ -24,6 +23,8 @@ pub struct HeadlessJob {
     pub params: Params,
     /// Folder for the results.
     pub output: PathBuf,
+    /// Say nothing but what went wrong.
+    pub quiet: bool,
 }
 
 impl HeadlessJob {
@@ -31,7 +32,10 @@ impl HeadlessJob {
     /// a summary to standard output. On failure, and when Ctrl-C is pressed,
     /// nothing is written.
     pub fn run(&self) -> ExitCode {
-        until_done_or_interrupted(|cancel| Ok(self.work(cancel)? + "\n"))
+        until_done_or_interrupted(|cancel| {
+            let summary = self.work(cancel)?;
+            Ok(if self.quiet { String::new() } else { summary + "\n" })
+        })
     }
 
     fn work(&self, cancel: &Cancel) -> anyhow::Result<String> {
@@ -39,87 +43,35 @@ impl HeadlessJob {
             bail!("{} is not a folder; name another one for the results", self.output.display());
         }
         let whole = Instant::now();
-        let mut record = RunRecord::default();
         // How many steps the recovery of primitives takes is not known beforehand.
         let (bar, template) = match self.params.steps() {
+            _ if self.quiet => (ProgressBar::hidden(), ""),
             Some(steps) => (ProgressBar::new(steps.into()), "{bar:30} {pos}/{len} {elapsed} {msg}"),
             None => (ProgressBar::no_length(), "{spinner} {pos} {elapsed} {msg}"),
         };
         if let Ok(style) = ProgressStyle::with_template(template) {
             bar.set_style(style);
         }
-        bar.set_message("reading");
-        let shape = timed(&mut record.times.read, || match &self.source {
-            Source::File(path) => io::read(path),
-            Source::BuiltIn => io::built_in(),
-        })?;
-        for note in &shape.notes {
-            bar.suspend(|| say(&format!("{}: {note}", shape.name)));
-        }
-        bar.set_message("sampling");
-        let cloud = timed(&mut record.times.sample, || io::sample(&shape, &self.sampling))
-            .with_context(|| shape.name.clone())?;
-        let cloud = Arc::new(cloud);
-
-        let abstraction =
-            self.infer(Arc::clone(&cloud), cancel, &mut record, &bar).with_context(|| shape.name.clone())?;
+        let finished =
+            Finished::make(&self.source, self.sampling, self.params, cancel, |stage| match stage {
+                Stage::Reading => bar.set_message("reading"),
+                Stage::Read(shape) => {
+                    for note in shape.notes.iter().filter(|_| !self.quiet) {
+                        bar.suspend(|| say(&format!("{}: {note}", shape.name)));
+                    }
+                }
+                Stage::Sampling => bar.set_message("sampling"),
+                Stage::Starting => bar.set_message("starting"),
+                Stage::Step { iteration, clusters } => {
+                    bar.set_position(u64::from(iteration));
+                    bar.set_message(primitives(clusters));
+                }
+            })?;
         bar.finish_and_clear();
-        if cancel.is_requested() {
-            return Err(InferenceError::Cancelled.into());
-        }
-        let colors = Colors::default();
-        let outcome = Outcome {
-            colors: &colors,
-            shape: &shape,
-            cloud: &cloud,
-            sampling: self.sampling,
-            params: &self.params,
-            abstraction: &abstraction,
-        };
-        let files = io::write_run(&self.output, &outcome, &record)?;
+        let files = finished.write(&self.output)?;
         let names = files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(", ");
-        Ok(format!("{}\nwrote {names}", summary(&outcome, whole.elapsed())))
+        Ok(format!("{}\nwrote {names}", summary(&finished.outcome(), whole.elapsed())))
     }
-
-    fn infer(
-        &self,
-        cloud: Arc<crate::geometry::SampleCloud>,
-        cancel: &Cancel,
-        record: &mut RunRecord,
-        bar: &ProgressBar,
-    ) -> Result<Abstraction, InferenceError> {
-        bar.set_message("starting");
-        let times = &mut record.times;
-        let mut run = timed(&mut times.start, || Run::new(cloud, self.params, cancel))?;
-        record.clusters.push(run.abstraction().primitives.len());
-        while !run.is_finished() {
-            let before = run.iteration();
-            let mut spent = Duration::ZERO;
-            let occurrences = timed(&mut spent, || run.step(cancel))?;
-            let clusters = run.abstraction().primitives.len();
-            if run.iteration() > before {
-                times.iterations += spent;
-                record.clusters.push(clusters);
-            } else {
-                times.merge += spent;
-            }
-            record.merges.extend(occurrences.into_iter().filter_map(|o| match o {
-                Occurrence::Merged(report) => Some(report),
-                _ => None,
-            }));
-            bar.set_position(u64::from(run.iteration()));
-            bar.set_message(primitives(clusters));
-        }
-        Ok(run.abstraction())
-    }
-}
-
-/// Runs `work` and adds the time it took to `spent`.
-fn timed<T>(spent: &mut Duration, work: impl FnOnce() -> T) -> T {
-    let start = Instant::now();
-    let result = work();
-    *spent += start.elapsed();
-    result
 }
 
 fn summary(outcome: &Outcome<'_>, elapsed: Duration) -> String {
@@ -137,7 +89,8 @@ fn summary(outcome: &Outcome<'_>, elapsed: Duration) -> String {
     )
 }
 
-fn primitives(count: usize) -> String {
+/// "1 primitive", "3 primitives".
+pub(super) fn primitives(count: usize) -> String {
     format!("{count} {}", if count == 1 { "primitive" } else { "primitives" })
 }
 

@@ -9,14 +9,14 @@ use crate::geometry::{Isolated, SamplingOptions, Surface};
 use crate::inference::{MergeRule, Method, Params, Setting};
 
 /// A method, what it is tuned with, and what of a shape it is given.
-#[derive(Debug, Args)]
+#[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Settings")]
 pub(super) struct SettingsArgs {
     /// How to abstract the shape; the other options tune what the method reads
     #[arg(long, visible_alias = "preset", value_name = "NAME", value_parser = methods(), default_value = "default")]
     method: Method,
     #[command(flatten)]
-    tuning: TuningArgs,
+    pub(super) tuning: TuningArgs,
     /// Part of a mesh that is sampled
     #[arg(long, value_enum, default_value_t = SurfaceChoice::Outside)]
     surface: SurfaceChoice,
@@ -30,7 +30,7 @@ pub(super) struct SettingsArgs {
 }
 
 /// The numbers that methods are tuned with, as far as they read them.
-#[derive(Debug, Default, Args)]
+#[derive(Debug, Clone, Default, Args)]
 pub(super) struct TuningArgs {
     /// Number of samples N, from 100 to 200000 [default: 5500]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
@@ -134,13 +134,53 @@ impl TuningArgs {
     }
 }
 
+/// The settings that a manifest's columns and `--sweep` change, by the names of
+/// their options, with what a method must read for them to make sense.
+pub(super) const KEYS: [(&str, Option<Setting>); 12] = [
+    ("method", None),
+    ("points", None),
+    ("alpha", Some(Setting::Alpha)),
+    ("p0", Some(Setting::P0)),
+    ("iterations", Some(Setting::Iterations)),
+    ("clusters", Some(Setting::Clusters)),
+    ("primitive-cost", Some(Setting::PrimitiveCost)),
+    ("outlier-prior", Some(Setting::OutlierPrior)),
+    ("no-merge", Some(Setting::Merge)),
+    ("surface", None),
+    ("isolated", None),
+    ("seed", None),
+];
+
+/// The name in [`KEYS`] that a person means: `--primitive-cost`,
+/// `primitive_cost` and `Primitive-Cost` are the same.
+pub(super) fn key(text: &str) -> Option<&'static str> {
+    let text = text.trim().trim_start_matches("--").replace('_', "-").to_lowercase();
+    let text = if text == "preset" { "method" } else { &text };
+    KEYS.iter().map(|(name, _)| *name).find(|name| *name == text)
+}
+
+/// What is wrong with a setting of one job among many.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct BadSetting {
+    /// Which of those that were given, by its place.
+    pub(super) at: usize,
+    pub(super) problem: String,
+}
+
 impl SettingsArgs {
     /// The settings, within their limits.
     pub(super) fn resolve(&self) -> Result<(SamplingOptions, Params), String> {
-        let mut params = self.tuning.params(self.method)?;
+        let (sampling, params) = self.applied()?;
         if let Some(option) = self.tuning.unread(&[params]) {
             return Err(format!("--method {} does not read {option}; leave it out", self.method));
         }
+        Ok((sampling, params))
+    }
+
+    /// The settings, within their limits; what the method does not read is
+    /// left aside.
+    pub(super) fn applied(&self) -> Result<(SamplingOptions, Params), String> {
+        let mut params = self.tuning.params(self.method)?;
         let mut sampling = SamplingOptions {
             surface: match self.surface {
                 SurfaceChoice::Outside => Surface::Outside,
@@ -156,6 +196,79 @@ impl SettingsArgs {
             (sampling.seed, params.seed) = (seed, seed);
         }
         Ok((sampling, params))
+    }
+
+    /// The settings with some changes, each a name of [`KEYS`] and a value as
+    /// text. Other than those of the command line, changes must be read by the
+    /// method.
+    pub(super) fn changed(
+        &self,
+        changes: &[(&'static str, &str)],
+    ) -> Result<(SamplingOptions, Params), BadSetting> {
+        let mut settings = self.clone();
+        // Which of the others can be told only once the method is known.
+        let (first, then): (Vec<usize>, Vec<usize>) =
+            (0..changes.len()).partition(|&at| changes[at].0 == "method");
+        for &at in first.iter().chain(&then) {
+            let (key, value) = changes[at];
+            settings
+                .set(key, value)
+                .and_then(|()| settings.applied().map(drop))
+                .map_err(|problem| BadSetting { at, problem })?;
+        }
+        let resolved = settings.applied().map_err(|problem| BadSetting { at: 0, problem })?;
+        for at in then {
+            let key = changes[at].0;
+            let setting = KEYS.iter().find(|(name, _)| *name == key).and_then(|(_, setting)| *setting);
+            if setting.is_some_and(|setting| !resolved.1.reads(setting)) {
+                let problem = format!("the method {} does not read {key}; leave it out", settings.method);
+                return Err(BadSetting { at, problem });
+            }
+        }
+        Ok(resolved)
+    }
+
+    /// Takes one setting from text.
+    fn set(&mut self, key: &str, text: &str) -> Result<(), String> {
+        fn number<T: FromStr>(text: &str, kind: &str) -> Result<Option<T>, String> {
+            text.parse().map(Some).map_err(|_| format!("“{text}” is not {kind}"))
+        }
+        fn choice<T: ValueEnum>(text: &str) -> Result<T, String> {
+            T::from_str(text, true).map_err(|_| {
+                let all: Vec<PossibleValue> =
+                    T::value_variants().iter().filter_map(ValueEnum::to_possible_value).collect();
+                let names: Vec<&str> = all.iter().map(PossibleValue::get_name).collect();
+                format!("“{text}” is none of {}", names.join(", "))
+            })
+        }
+        const WHOLE: &str = "a whole number that is not negative";
+        let tuning = &mut self.tuning;
+        match key {
+            "method" => {
+                self.method = text.parse().map_err(|_| {
+                    format!("“{text}” is none of {}", Method::ALL.map(Method::name).join(", "))
+                })?;
+            }
+            "points" => tuning.points = number(text, WHOLE)?,
+            "alpha" => tuning.alpha = number(text, "a number")?,
+            "p0" => tuning.p0 = number(text, "a number")?,
+            "iterations" => tuning.iterations = number(text, WHOLE)?,
+            "clusters" => tuning.clusters = number(text, WHOLE)?,
+            "primitive-cost" => tuning.primitive_cost = number(text, "a number")?,
+            "outlier-prior" => tuning.outlier_prior = number(text, "a number")?,
+            "no-merge" => {
+                tuning.no_merge = match text.to_lowercase().as_str() {
+                    "true" | "yes" | "1" => true,
+                    "false" | "no" | "0" => false,
+                    _ => return Err(format!("“{text}” is neither true nor false")),
+                }
+            }
+            "surface" => self.surface = choice(text)?,
+            "isolated" => self.isolated = choice(text)?,
+            "seed" => self.seed = number(text, WHOLE)?,
+            other => return Err(format!("{other} is no setting")),
+        }
+        Ok(())
     }
 }
 

@@ -18,7 +18,8 @@ pub use read::primitives::{StoredPrimitives, parse_primitives, read_primitives, 
 #[doc(hidden)]
 pub use read::read_bytes_as;
 pub use read::{
-    SESSION_ENDING, SHAPE_ENDINGS, built_in, has_session_ending, has_shape_ending, read, read_bytes,
+    SESSION_ENDING, SHAPE_ENDINGS, built_in, has_session_ending, has_shape_ending, holds_primitives, read,
+    read_bytes, shape_of,
 };
 pub use write::{
     AnimationFormat, AnimationWriter, Choice, ExportOptions, Exported, Format, Kind, LARGEST_GIF, Outcome,

@@ -7,6 +7,7 @@ use super::messages::{self, Level};
 use super::timeline::Timeline;
 use super::{Effect, Session};
 use crate::geometry::SampledPart;
+use crate::inference::Phase;
 use crate::worker::{Activity, Cause, Command, Event, LoadedShape, Measurement, Snapshot};
 
 /// Measurements that are kept.
@@ -22,7 +23,10 @@ impl Session {
                 self.activity = activity;
                 if activity == Activity::Idle {
                     // Whatever was on its way has arrived, failed or was cancelled.
-                    let runs = std::mem::take(&mut self.has_arrived) && self.run_when_loaded;
+                    let runs = std::mem::take(&mut self.has_arrived)
+                        && self.run_when_loaded
+                        // What was opened may be a result.
+                        && self.phase() != Some(Phase::Finished);
                     self.run_when_loaded = false;
                     self.live.finish();
                     let renewal = self.renew_if_due();
@@ -54,10 +58,10 @@ impl Session {
             Event::Estimated { key, chamfer_l1 } => self.estimates.take(key, chamfer_l1),
             Event::Seeds { request, news } => self.absorb_seeds(request, news),
             Event::Proposed(proposal) => self.absorb_proposal(proposal),
-            Event::Written { path, what } => {
+            Event::Written { path, format, notes } => {
                 // What could not be written before can be now.
                 self.messages.dismiss_errors();
-                self.tell_written(what, path);
+                self.tell_written(format, path, &notes);
             }
             Event::Failed { what, error } => {
                 self.is_judging = false;

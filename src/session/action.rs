@@ -8,6 +8,7 @@ use nalgebra::{Point3, Vector2};
 
 use super::comparison::Comparison;
 use super::curves::Curve;
+use super::export::ExportChoice;
 use super::keeping::{Opening, PartingAnswer};
 use super::messages::Message;
 use super::scalar::Top;
@@ -36,7 +37,13 @@ pub enum Action {
     ShowInFolder(PathBuf),
     /// Opens an address in the browser.
     OpenLink(&'static str),
-    Export(Export, PathBuf),
+    /// Writes the shown state as it was chosen last.
+    Export(PathBuf),
+    SetExport(ExportChoice),
+    /// Takes the primitives of a file in place of the shown ones.
+    TakeFrom(PathBuf),
+    /// The same from a text.
+    Paste(String),
     SaveScreenshot(PathBuf),
     /// Writes the session to a file.
     SaveSession(PathBuf),
@@ -155,13 +162,6 @@ pub enum PictureKind {
     Still,
     /// Many, once around the shape.
     Turntable,
-}
-
-/// What can be written to a file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Export {
-    Cloud,
-    Primitives,
 }
 
 /// A key, by what is printed on it.
@@ -289,10 +289,16 @@ verbs! {
         "Write all of this to one file: shape, parameters, every state and branch, undo history and view";
     SaveSessionAs: File, ctrl_shift('S'), "Save session as…", "Write the session to another file, and go on in that";
     ReopenLast: File, None, "Reopen last session", "Open what was unsaved when the window was closed last";
-    ExportCloud: File, ctrl('E'), "Export segmented cloud…",
-        "Write every input point with its label and colour, in input order (PLY)";
-    ExportPrimitives: File, ctrl_shift('E'), "Export primitives…",
-        "Write the parameters of all primitives in input units (JSON)";
+    Export: File, ctrl('E'), "Export…",
+        "Write the segmented cloud or mesh, the primitives' parameters or bodies: choose a format";
+    ExportAgain: File, ctrl_shift('E'), "Export again", "Write the file of the last export anew, as it was chosen then";
+    CopyPrimitives: File, ctrl('C'), "Copy primitives", "Put the parameters of all primitives into the clipboard, as JSON";
+    CopyCsv: File, None, "Copy primitives as CSV",
+        "Put the parameters of all primitives into the clipboard, a line of 13 numbers each";
+    PastePrimitives: File, ctrl('V'), "Paste primitives",
+        "Take the primitives in the clipboard (JSON or CSV) in place of the shown ones";
+    TakeFrom: File, ctrl('I'), "Bring in primitives…",
+        "Take the primitives of a file (JSON, NPZ or CSV) in place of the shown ones: the points stay";
     SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save what the window shows (PNG)";
     ClearRecent: File, None, "Forget recent files", "Empty the list of files that were open before";
     SavePicture: File, shift(Key::Function(12)), "Save picture…",

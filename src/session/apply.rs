@@ -14,8 +14,9 @@ use super::scene::SceneFromInput;
 use super::undo::Undoable;
 use super::view::{Picks, ThemeChoice, Tool, View};
 use super::window::Panel;
-use super::{Action, Effect, Export, Session, Verb};
+use super::{Action, Effect, Session, Verb};
 use crate::inference::Params;
+use crate::io::Format;
 use crate::worker::{Activity, Command, Source};
 
 impl Session {
@@ -62,10 +63,10 @@ impl Session {
             Action::ForgetRecent(path) => self.forget_recent(&path),
             Action::ShowInFolder(path) => return vec![Effect::ShowInFolder(path)],
             Action::OpenLink(address) => return vec![Effect::OpenLink(address)],
-            Action::Export(export, path) => {
-                self.window.save_folder = path.parent().map(PathBuf::from);
-                return self.export(export, path).into_iter().collect();
-            }
+            Action::Export(path) => return self.export(path),
+            Action::SetExport(choice) => self.window.export = choice,
+            Action::TakeFrom(path) => return self.take_from(path),
+            Action::Paste(text) => return self.paste_primitives(&text),
             Action::Edit(edit) => return self.edit(vec![edit]),
             Action::ProposeMergeOf(a, b) => return self.propose(Some((a, b))),
             Action::ShowState(index) => return self.show_state_at(index),
@@ -179,8 +180,12 @@ impl Session {
         match verb {
             Verb::Open => return vec![Effect::AskForShape],
             Verb::OpenBuiltIn => return self.open(Source::BuiltIn),
-            Verb::ExportCloud => return vec![Effect::AskForExport(Export::Cloud)],
-            Verb::ExportPrimitives => return vec![Effect::AskForExport(Export::Primitives)],
+            Verb::Export => return vec![Effect::AskForExport],
+            Verb::ExportAgain => return self.export_again(),
+            Verb::CopyPrimitives => return self.copy_primitives(Format::PrimitivesJson),
+            Verb::CopyCsv => return self.copy_primitives(Format::PrimitivesCsv),
+            Verb::PastePrimitives => return vec![Effect::RequestPaste],
+            Verb::TakeFrom => return vec![Effect::AskForPrimitives],
             Verb::SaveScreenshot => return vec![Effect::AskForScreenshot],
             Verb::SaveSession => return vec![self.save_session()],
             Verb::SaveSessionAs => return vec![self.save_session_as()],
@@ -320,15 +325,6 @@ impl Session {
         self.live.forget();
         self.drop_proposal();
         self.answered = Some(self.messages.count());
-    }
-
-    fn export(&self, export: Export, path: PathBuf) -> Option<Effect> {
-        let state = self.shown_state()?;
-        let colors = self.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default();
-        Some(Effect::Send(match export {
-            Export::Cloud => Command::ExportCloud(path, state, colors),
-            Export::Primitives => Command::ExportPrimitives(path, state),
-        }))
     }
 
     pub(super) fn open(&mut self, source: Source) -> Vec<Effect> {

@@ -17,9 +17,15 @@ impl Session {
         let is_sampler = self.algorithm() == Algorithm::Sampler;
         let can_edit = self.can_edit();
         match verb {
-            Verb::ExportCloud | Verb::ExportPrimitives => {
-                self.snapshot.is_some() && self.activity != Activity::Writing
+            Verb::Export => self.snapshot.is_some() && self.activity != Activity::Writing,
+            Verb::ExportAgain => {
+                self.snapshot.is_some()
+                    && self.activity != Activity::Writing
+                    && self.window.exported.is_some()
+                    && self.why_not_exported(self.window.export.format).is_none()
             }
+            Verb::CopyPrimitives | Verb::CopyCsv => !self.primitives().is_empty(),
+            Verb::PastePrimitives | Verb::TakeFrom => can_edit,
             Verb::SaveSession | Verb::SaveSessionAs => loaded,
             Verb::ReopenLast => self.keeping.has_last(),
             Verb::Run => loaded && idle,
@@ -143,7 +149,12 @@ impl Session {
             Verb::StepMerge | Verb::MergeAll => {
                 Some("Only the sampler merges; the method of this run has nothing to judge a merge by")
             }
-            verb if verb.is_edit() || matches!(verb, Verb::Continue | Verb::JudgeMerge) => {
+            verb if verb.is_edit()
+                || matches!(
+                    verb,
+                    Verb::Continue | Verb::JudgeMerge | Verb::PastePrimitives | Verb::TakeFrom
+                ) =>
+            {
                 Some("Only the sampler's states can be changed by hand; choose that method and run")
             }
             _ => None,

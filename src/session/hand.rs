@@ -36,14 +36,19 @@ impl Session {
     }
 
     pub(super) fn edit(&mut self, edits: Vec<Edit>) -> Vec<Effect> {
-        if self.snapshot.is_none() || edits.is_empty() {
+        self.by_hand(edits.into_iter().map(Command::Edit).collect())
+    }
+
+    /// Commands that change the shown state.
+    pub(super) fn by_hand(&mut self, commands: Vec<Command>) -> Vec<Effect> {
+        if self.snapshot.is_none() || commands.is_empty() {
             return Vec::new();
         }
         self.drop_proposal();
         self.timeline.branch_here();
         let mut effects = self.sync();
         self.answered = Some(self.messages.count());
-        effects.extend(edits.into_iter().map(|edit| Effect::Send(Command::Edit(edit))));
+        effects.extend(commands.into_iter().map(Effect::Send));
         effects
     }
 
@@ -149,6 +154,7 @@ impl Session {
                 Verb::AcceptMerge => step(MERGE),
                 _ => None,
             },
+            Action::TakeFrom(_) | Action::Paste(_) => step("Bring in primitives"),
             Action::OpenFile(path) => {
                 let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
                 step(&format!("Open {name}"))

@@ -24,6 +24,7 @@ pub mod document;
 mod edited;
 mod enabled;
 pub mod estimates;
+mod export;
 pub mod gizmo;
 mod hand;
 pub mod keeping;
@@ -48,12 +49,13 @@ pub mod workspace;
 #[cfg(test)]
 mod tests;
 
-pub use action::{Action, Export, Verb};
+pub use action::{Action, Verb};
 use camera::Camera;
 use comparison::Comparison;
 use curves::Curves;
 use document::Document;
 use estimates::Estimates;
+pub use export::ExportChoice;
 use keeping::{Keeping, Opening};
 use live::Live;
 use merging::Decision;
@@ -77,7 +79,14 @@ pub const DEFAULT_PACE: Pace = Pace::PerSecond(10);
 pub enum Effect {
     Send(Command),
     AskForShape,
-    AskForExport(Export),
+    /// Open the export dialog.
+    AskForExport,
+    /// Ask for a file of primitives.
+    AskForPrimitives,
+    /// Put a text into the clipboard.
+    Copy(String),
+    /// Have the clipboard's text come as an event.
+    RequestPaste,
     AskForScreenshot,
     SaveScreenshot(PathBuf),
     /// Ask where the session is to be saved.

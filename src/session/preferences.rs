@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use serde::{Deserialize, Serialize};
 
-use super::Session;
 use super::view::ThemeChoice;
 use super::window::{Panel, Window};
+use super::{ExportChoice, Session};
 use crate::worker::Pace;
 
 /// As it is stored. What is missing has its default, what is unknown is passed
@@ -27,6 +27,7 @@ pub struct Preferences {
     open_folder: Option<PathBuf>,
     save_folder: Option<PathBuf>,
     commands: Vec<String>,
+    export: ExportChoice,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
@@ -70,6 +71,7 @@ impl Session {
             open_folder: window.open_folder.clone().filter(storable),
             save_folder: window.save_folder.clone().filter(storable),
             commands: window.commands.clone(),
+            export: window.export,
         }
     }
 
@@ -88,6 +90,7 @@ impl Session {
             open_folder,
             save_folder,
             commands,
+            export,
         } = preferences;
         self.view.theme = match theme {
             Theme::System => ThemeChoice::System,
@@ -102,6 +105,8 @@ impl Session {
             open_folder,
             save_folder,
             commands,
+            // Options out of their limits are not worth a word.
+            export: if export.options.check().is_ok() { export } else { ExportChoice::default() },
             ..Window::default()
         };
         for (panel, shown) in [(Panel::Right, right), (Panel::Left, left), (Panel::Bottom, bottom)] {

@@ -23,8 +23,12 @@ impl Session {
                 | Verb::Reset
                 | Verb::Resample
                 | Verb::FrameAll
-                | Verb::ExportCloud
-                | Verb::ExportPrimitives
+                | Verb::Export
+                | Verb::ExportAgain
+                | Verb::CopyPrimitives
+                | Verb::CopyCsv
+                | Verb::PastePrimitives
+                | Verb::TakeFrom
                 | Verb::SaveSession
                 | Verb::SaveSessionAs
                 | Verb::Continue
@@ -63,6 +67,9 @@ impl Session {
             Verb::ReopenLast => "No session was closed without being saved",
             Verb::ClearRecent => "No file is remembered",
             Verb::ZoomReset => "It is 100 % already",
+            Verb::ExportAgain if self.window.exported.is_none() && self.loaded.is_some() => {
+                "Nothing was exported yet"
+            }
             _ if needs_shape && self.activity == Activity::Loading => "A shape is being loaded",
             _ if needs_shape && self.loaded.is_none() => "Open a shape first",
             Verb::RunSeeds | Verb::ShowOdds => "There is no state yet",
@@ -70,6 +77,9 @@ impl Session {
             Verb::NextState | Verb::LastState => "It is the newest state",
             Verb::ContinueHere => "It is the newest state: Run goes on from it",
             Verb::Resample => "The settings of the samples are those of the run",
+            Verb::CopyPrimitives | Verb::CopyCsv => "There are no primitives",
+            Verb::ExportAgain if !is_busy => "The shape has no mesh, which the last format needs",
+            Verb::PastePrimitives | Verb::TakeFrom if self.snapshot.is_none() => "There is no state yet",
             _ if is_busy && self.is_running() => "Pause the run first",
             _ if is_busy => "Wait until the file is written",
             Verb::Continue => "The run is not finished: Run goes on with it",

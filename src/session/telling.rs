@@ -8,7 +8,7 @@ use super::messages::{Level, Message};
 use super::window::Window;
 use super::{Action, Effect, Session, Verb};
 use crate::inference::Occurrence;
-use crate::io;
+use crate::io::{self, Format};
 use crate::worker::{Activity, FAULT, Source};
 
 impl Session {
@@ -42,10 +42,10 @@ impl Session {
     }
 
     /// Says that a file was written.
-    pub(super) fn tell_written(&mut self, what: &str, path: PathBuf) {
-        let text = format!("Wrote the {what} to {}", path.display());
-        self.messages
-            .add(Message::new(Level::Note, text).offer("Show in folder", Action::ShowInFolder(path)));
+    pub(super) fn tell_written(&mut self, format: Format, path: PathBuf, notes: &[String]) {
+        let text = format!("Wrote {} to {}", format.kind().title().to_lowercase(), path.display());
+        let message = Message::new(Level::Note, text).because(notes.join("; "));
+        self.messages.add(message.offer("Show in folder", Action::ShowInFolder(path)));
     }
 
     /// Says what a person has deleted, which is easily done by mistake.
@@ -102,6 +102,8 @@ impl Session {
             recent: old.recent,
             open_folder: old.open_folder,
             save_folder: old.save_folder,
+            export: old.export,
+            exported: old.exported,
             commands: old.commands,
             ..Window::default()
         };

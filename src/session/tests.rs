@@ -7,7 +7,7 @@ use super::*;
 use crate::geometry::{SampleCloud, Superquadric};
 use crate::inference::Checkpoint;
 use crate::inference::{Abstraction, Figures, MergeReport, Method, Occurrence, checkpoint};
-use crate::io::{Attributes, PointCloud, Shape, ShapeGeometry};
+use crate::io::{Attributes, Format, PointCloud, Shape, ShapeGeometry};
 use crate::worker::{Cause, Event};
 
 mod hand;
@@ -151,8 +151,7 @@ fn a_failed_load_keeps_everything_and_says_so() {
 #[test]
 fn buttons_are_enabled_only_when_they_do_something() {
     let empty = Session::new(Params::default(), SamplingOptions::default());
-    for verb in [Verb::Run, Verb::Pause, Verb::StepIteration, Verb::StepMerge, Verb::Reset, Verb::ExportCloud]
-    {
+    for verb in [Verb::Run, Verb::Pause, Verb::StepIteration, Verb::StepMerge, Verb::Reset, Verb::Export] {
         assert!(!empty.is_enabled(verb), "{verb:?} with nothing loaded");
     }
     let mut session = session();
@@ -245,7 +244,7 @@ fn an_error_goes_when_the_same_thing_succeeds() {
     // The run that a failed load has interrupted goes on.
     session.absorb(snapshot(&[1], Phase::Sampling, 1, vec![]));
     assert!(session.messages.open_error().is_some());
-    session.absorb(Event::Written { path: "out.ply".into(), what: "segmented cloud" });
+    session.absorb(Event::Written { path: "out.ply".into(), format: Format::CloudPly, notes: vec![] });
     assert!(session.messages.open_error().is_none());
     // A step that was asked for after it, and made.
     session.absorb(failed());

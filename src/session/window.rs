@@ -3,6 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
+use super::export::ExportChoice;
+
 /// The panels around the viewport that can be closed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Panel {
@@ -72,6 +74,9 @@ pub struct Window {
     /// Where a file was opened or written last.
     pub open_folder: Option<PathBuf>,
     pub save_folder: Option<PathBuf>,
+    /// How something was exported last, and to which file in this window.
+    pub export: ExportChoice,
+    pub exported: Option<PathBuf>,
     /// Names of the commands that were chosen from the list of all commands,
     /// newest first.
     pub commands: Vec<String>,
@@ -90,6 +95,8 @@ impl Default for Window {
             recent: Recent::default(),
             open_folder: None,
             save_folder: None,
+            export: ExportChoice::default(),
+            exported: None,
             commands: Vec::new(),
         }
     }

@@ -299,7 +299,7 @@ mod tests {
             ("merge all", "Merge all"),
             ("dark", "Dark theme"),
             ("wire", "Draw primitives wire"),
-            ("expri", "Export primitives…"),
+            ("exag", "Export again"),
         ] {
             assert_eq!(names(query, &[]).first().map(String::as_str), Some(first), "{query}");
         }

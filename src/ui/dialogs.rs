@@ -3,7 +3,6 @@
 
 use std::path::{Path, PathBuf};
 use std::pin::Pin;
-use std::sync::LazyLock;
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 use std::time::{Duration, Instant};
 
@@ -11,8 +10,8 @@ use egui::{Context, Label, Modal, RichText, TextEdit};
 
 use super::pictures;
 use super::theme::Palette;
-use crate::io::{self, AnimationFormat};
-use crate::session::action::{Action, Export, PictureKind};
+use crate::io::{self, AnimationFormat, Format};
+use crate::session::action::{Action, PictureKind};
 
 /// A dialog that a person cancelled was open for longer; where there is none,
 /// the answer comes within some 15 ms.
@@ -25,18 +24,24 @@ type Answer = Pin<Box<dyn Future<Output = Option<rfd::FileHandle>> + Send>>;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
     Open,
-    Export(Export),
+    Export(Format),
+    Primitives,
     Screenshot,
     Session,
     Picture(PictureKind, AnimationFormat),
 }
 
 impl Purpose {
+    /// Whether the file has to be there.
+    pub fn is_reading(self) -> bool {
+        matches!(self, Self::Open | Self::Primitives)
+    }
+
     fn title(self) -> &'static str {
         match self {
             Self::Open => "Open a shape",
-            Self::Export(Export::Cloud) => "Export the segmented cloud",
-            Self::Export(Export::Primitives) => "Export the primitives",
+            Self::Export(_) => "Export",
+            Self::Primitives => "Bring in primitives",
             Self::Screenshot => "Save a screenshot",
             Self::Session => "Save the session",
             Self::Picture(PictureKind::Still, _) => "Save a picture",
@@ -48,26 +53,27 @@ impl Purpose {
     }
 
     fn button(self) -> &'static str {
-        if self == Self::Open { "Open" } else { "Save" }
+        if self.is_reading() { "Open" } else { "Save" }
     }
 
     /// Name of the file kind and its extensions.
-    fn filter(self) -> (&'static str, &'static [&'static str]) {
+    fn filter(self) -> (&'static str, Vec<&'static str>) {
         match self {
-            Self::Open => ("Meshes, point clouds and sessions", openable()),
-            Self::Export(Export::Cloud) => ("Segmented cloud", &["ply"]),
-            Self::Export(Export::Primitives) => ("Primitives", &["json"]),
-            Self::Screenshot | Self::Picture(PictureKind::Still, _) => ("Picture", &["png"]),
-            Self::Session => ("Session", &[io::SESSION_ENDING]),
-            Self::Picture(PictureKind::Turntable, AnimationFormat::Gif) => ("Animation", &["gif"]),
-            Self::Picture(PictureKind::Turntable, AnimationFormat::Pngs) => ("Folder", &[]),
+            Self::Open => ("Shapes, results and sessions", openable()),
+            Self::Export(format) => (format.kind().title(), vec![format.ending()]),
+            Self::Primitives => ("Primitives", vec!["json", "npz", "csv"]),
+            Self::Screenshot | Self::Picture(PictureKind::Still, _) => ("Picture", vec!["png"]),
+            Self::Session => ("Session", vec![io::SESSION_ENDING]),
+            Self::Picture(PictureKind::Turntable, AnimationFormat::Gif) => ("Animation", vec!["gif"]),
+            Self::Picture(PictureKind::Turntable, AnimationFormat::Pngs) => ("Folder", vec![]),
         }
     }
 
     fn action(self, path: PathBuf) -> Action {
         match self {
             Self::Open => Action::OpenFile(path),
-            Self::Export(export) => Action::Export(export, path),
+            Self::Export(_) => Action::Export(path),
+            Self::Primitives => Action::TakeFrom(path),
             Self::Screenshot => Action::SaveScreenshot(path),
             Self::Session => Action::SaveSession(self.completed(path)),
             Self::Picture(kind, format) => {
@@ -90,10 +96,8 @@ impl Purpose {
 }
 
 /// Endings of all files that can be opened.
-fn openable() -> &'static [&'static str] {
-    static ENDINGS: LazyLock<Vec<&'static str>> =
-        LazyLock::new(|| [io::SHAPE_ENDINGS, &[io::SESSION_ENDING]].concat());
-    &ENDINGS
+fn openable() -> Vec<&'static str> {
+    [io::SHAPE_ENDINGS, &[io::SESSION_ENDING, "json"]].concat()
 }
 
 /// A dialog of the system that is open.
@@ -130,7 +134,7 @@ impl Prompt {
             return None;
         }
         let path = expand(typed);
-        if self.purpose == Purpose::Open {
+        if self.purpose.is_reading() {
             return if path.is_dir() {
                 Some("This is a folder")
             } else {
@@ -145,7 +149,7 @@ impl Prompt {
     /// confirmed first.
     fn enter(&mut self) -> Option<Action> {
         let path = self.purpose.completed(expand(self.text.trim()));
-        if self.purpose != Purpose::Open && path.exists() && self.replaces.as_ref() != Some(&path) {
+        if !self.purpose.is_reading() && path.exists() && self.replaces.as_ref() != Some(&path) {
             self.replaces = Some(path);
             return None;
         }
@@ -173,16 +177,17 @@ impl Dialogs {
             return;
         }
         let suggestion = match purpose {
-            Purpose::Open => String::new(),
-            Purpose::Export(Export::Cloud) => format!("{name}-segmented.ply"),
-            Purpose::Export(Export::Primitives) => format!("{name}-primitives.json"),
+            Purpose::Open | Purpose::Primitives => String::new(),
+            Purpose::Export(_) => name.to_owned(),
             Purpose::Screenshot => format!("{name}.png"),
             Purpose::Session => format!("{name}.{}", io::SESSION_ENDING),
             Purpose::Picture(kind, format) => pictures::suggestion(kind, format, name),
         };
         // What is typed starts in that folder.
         let typed = match (folder, purpose) {
-            (Some(folder), Purpose::Open) => format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR),
+            (Some(folder), Purpose::Open | Purpose::Primitives) => {
+                format!("{}{}", folder.display(), std::path::MAIN_SEPARATOR)
+            }
             (Some(folder), _) => folder.join(&suggestion).display().to_string(),
             (None, _) => suggestion.clone(),
         };
@@ -193,7 +198,7 @@ impl Dialogs {
         let (kind, extensions) = purpose.filter();
         let mut dialog = rfd::AsyncFileDialog::new().set_title(purpose.title());
         if !extensions.is_empty() {
-            dialog = dialog.add_filter(kind, extensions);
+            dialog = dialog.add_filter(kind, &extensions);
         }
         if let Some(folder) = folder {
             dialog = dialog.set_directory(folder);
@@ -209,7 +214,7 @@ impl Dialogs {
             ctx.request_repaint();
         };
         // The dialog is made here, because some systems insist on the window's thread, and awaited there.
-        let future: Answer = if purpose == Purpose::Open {
+        let future: Answer = if purpose.is_reading() {
             Box::pin(dialog.pick_file())
         } else {
             Box::pin(dialog.set_file_name(&suggestion).save_file())
@@ -260,7 +265,7 @@ impl Dialogs {
             ui.heading(prompt.purpose.title());
             ui.add_space(4.0);
             if let Some(reason) = prompt.reason {
-                let text = if prompt.purpose == Purpose::Open {
+                let text = if prompt.purpose.is_reading() {
                     format!("{reason} Type the path of the file, or drop the file onto the window.")
                 } else {
                     format!("{reason} Type the path of the file.")
@@ -316,7 +321,7 @@ impl Dialogs {
 }
 
 /// A path as typed: `~/` is the home folder.
-fn expand(path: &str) -> PathBuf {
+pub(super) fn expand(path: &str) -> PathBuf {
     match (path.strip_prefix("~/"), std::env::home_dir()) {
         (Some(rest), Some(home)) => home.join(rest),
         _ => PathBuf::from(path),

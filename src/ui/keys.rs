@@ -14,10 +14,23 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
     let types = ctx.text_edit_focused();
     // These belong to a widget that was reached by the keyboard.
     let focused = ctx.memory(|memory| memory.focused().is_some());
+    let marks_text = ctx
+        .with_plugin::<egui::text_selection::LabelSelectionState, _>(|labels| labels.has_selection())
+        .unwrap_or_default();
     // Escape closes an open menu, and nothing else.
     let has_menu = egui::Popup::is_any_open(ctx);
     ctx.input(|input| {
         for event in &input.events {
+            // The system makes these of its own keys for the clipboard.
+            match event {
+                egui::Event::Copy if !types && !marks_text && session.is_enabled(Verb::CopyPrimitives) => {
+                    actions.push(Action::Verb(Verb::CopyPrimitives));
+                }
+                egui::Event::Paste(text) if !types && session.is_enabled(Verb::PastePrimitives) => {
+                    actions.push(Action::Paste(text.clone()));
+                }
+                _ => {}
+            }
             let egui::Event::Key { key, pressed: true, repeat, modifiers, .. } = event else {
                 continue;
             };

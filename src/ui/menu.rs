@@ -22,7 +22,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 menu_item(ui, session, verb, actions);
             }
             ui.separator();
-            for verb in [Verb::ExportCloud, Verb::ExportPrimitives] {
+            for verb in [Verb::Export, Verb::ExportAgain, Verb::TakeFrom] {
                 menu_item(ui, session, verb, actions);
             }
             ui.separator();
@@ -34,6 +34,10 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         });
         ui.menu_button("Edit", |ui| {
             history::menu(ui, session, actions);
+            ui.separator();
+            for verb in [Verb::CopyPrimitives, Verb::CopyCsv, Verb::PastePrimitives] {
+                menu_item(ui, session, verb, actions);
+            }
             ui.separator();
             for verb in [
                 Verb::MergeSelected,

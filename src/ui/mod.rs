@@ -17,6 +17,7 @@ mod compare;
 mod controls;
 mod dialogs;
 mod errors;
+mod export;
 mod figures;
 mod fuzzy;
 mod help;
@@ -44,6 +45,7 @@ mod widgets;
 use compare::Compare;
 use dialogs::Dialogs;
 pub use dialogs::Purpose;
+use export::ExportDialog;
 use layout::Part;
 pub use layout::Sizes;
 use log::Log;
@@ -71,6 +73,7 @@ pub struct Interface {
     odds: OddsCard,
     seeds: SeedStrip,
     pictures: Pictures,
+    export: ExportDialog,
     dialogs: Dialogs,
     overlays: Overlays,
     primitives: Primitives,
@@ -96,6 +99,7 @@ impl Interface {
             odds: OddsCard::default(),
             seeds: SeedStrip::new(state.map(Studio::new)),
             pictures: Pictures::new(state.map(Studio::new)),
+            export: ExportDialog::default(),
             dialogs: Dialogs::new(system_dialogs),
             overlays: Overlays::default(),
             primitives: Primitives::default(),
@@ -128,6 +132,11 @@ impl Interface {
     /// Asks the person how a picture of the 3D view is to be taken.
     pub fn ask_for_picture(&mut self, kind: PictureKind) {
         self.pictures.ask(kind);
+    }
+
+    /// Asks the person what is to be written, and where.
+    pub fn ask_for_export(&mut self, session: &Session) {
+        self.export.ask(session);
     }
 
     /// Takes the picture that was asked for; how it went comes as an action of a
@@ -209,6 +218,10 @@ impl Interface {
             let stem =
                 Path::new(name).file_stem().map_or_else(|| "superform".into(), |s| s.to_string_lossy());
             self.dialogs.ask(&ctx, purpose, &stem, session.window.save_folder.as_deref());
+        }
+        if let Some(format) = self.export.show(&ctx, session, &mut actions) {
+            let folder = session.window.save_folder.as_deref();
+            self.dialogs.ask(&ctx, Purpose::Export(format), &session.export_name(format), folder);
         }
         self.dialogs.show(&ctx, &mut actions);
         self.watch_hand(&ctx, session, &mut actions);

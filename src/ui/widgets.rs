@@ -15,6 +15,19 @@ pub(super) fn section(ui: &mut Ui, title: &str) {
     ui.add_space(2.0);
 }
 
+/// A size for people: `1.2 MB`.
+pub(super) fn bytes(count: u64) -> String {
+    let mut size = count as f64;
+    for unit in ["bytes", "kB", "MB"] {
+        if size < 999.5 {
+            let digits = if unit == "bytes" || size >= 9.95 { 0 } else { 1 };
+            return format!("{size:.digits$} {unit}");
+        }
+        size /= 1000.0;
+    }
+    format!("{size:.1} GB")
+}
+
 /// A line between two sections.
 pub(super) fn divide(ui: &mut Ui) {
     ui.add_space(theme::SECTION_GAP * 0.5);

@@ -2,7 +2,6 @@
 //! them, makes the steps of the work at hand.
 
 use std::collections::VecDeque;
-use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError};
 use std::time::{Duration, Instant};
@@ -11,10 +10,11 @@ use super::machine::Machine;
 use super::measure::{Measurer, References};
 use super::pacer::Pacer;
 use super::protocol::{
-    Activity, Cause, Command, Event, LoadedShape, SeedNews, SeedRequest, Setup, Snapshot, State,
+    Activity, Cause, Command, Event, ExportRequest, LoadedShape, SeedNews, SeedRequest, Setup, Snapshot,
+    State,
 };
 use super::seeds::SeedRunner;
-use super::source::{self, Part};
+use super::source;
 use super::trouble::{Stop, Trouble, guarded};
 use super::{Told, Wake};
 use crate::inference::{Abstraction, Cancel, Occurrence, Params};
@@ -198,10 +198,8 @@ impl<M: Machine> Engine<M> {
                 self.run_seeds(*request);
                 return;
             }
-            Command::ExportCloud(path, state, colors) => {
-                self.export(&path, &state, Part::Cloud(&colors));
-            }
-            Command::ExportPrimitives(path, state) => self.export(&path, &state, Part::Primitives),
+            Command::Export(request) => self.export(&request),
+            Command::TakeFrom(path) => self.take_from(&path),
             Command::Load { source, sampling } => {
                 let interrupted = self.halt(Activity::Loading);
                 if !self.load(&source, sampling) {
@@ -280,13 +278,13 @@ impl<M: Machine> Engine<M> {
         std::mem::replace(&mut self.work, Work::Nothing)
     }
 
-    fn export(&mut self, path: &Path, state: &State, part: Part<'_>) {
+    fn export(&mut self, request: &ExportRequest) {
         self.emit(Event::Activity(Activity::Writing));
-        let failure = format!("The {} could not be written", part.name());
-        let outcome =
-            guarded(|| source::write(part, path, state).map_err(|error| Stop::trouble(failure, error)));
+        let ExportRequest { path, format, .. } = request;
+        let failure = format!("{} could not be written", path.display());
+        let outcome = guarded(|| source::export(request).map_err(|error| Stop::trouble(failure, error)));
         match outcome {
-            Ok(()) => self.emit(Event::Written { path: path.to_owned(), what: part.name() }),
+            Ok(notes) => self.emit(Event::Written { path: path.clone(), format: *format, notes }),
             Err(stop) => self.report(stop),
         }
     }

@@ -28,8 +28,8 @@ use engine::{Engine, Order};
 use machine::Machine;
 pub(crate) use outbox::Outbox;
 pub use protocol::{
-    Activity, Cause, Command, Event, LoadedShape, Measurement, Pace, Renewed, SamplingOptions, SeedNews,
-    SeedRequest, SeedRun, Setup, Snapshot, Source, State,
+    Activity, Cause, Command, Event, ExportRequest, LoadedShape, Measurement, Pace, Renewed, SamplingOptions,
+    SeedNews, SeedRequest, SeedRun, Setup, Snapshot, Source, State,
 };
 pub use trouble::FAULT;
 

@@ -12,7 +12,7 @@ use crate::geometry::palette::Colors;
 use crate::inference::{
     Abstraction, Cancel, Checkpoint, Edit, MergeProposal, MergeReport, Occurrence, Params,
 };
-use crate::io::Shape;
+use crate::io::{ExportOptions, Format, Shape};
 
 /// Where a shape comes from.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,10 +62,10 @@ pub enum Command {
     MergeAll,
     /// Back to the start, with the present parameters.
     Reset,
-    /// Write a state's segmented cloud, in these colours.
-    ExportCloud(PathBuf, State, Arc<Colors>),
-    /// Write a state's primitives.
-    ExportPrimitives(PathBuf, State),
+    /// Write a state to a file.
+    Export(Box<ExportRequest>),
+    /// Take the primitives of a file in place of those of the present state.
+    TakeFrom(PathBuf),
     /// Measure a state, besides whatever else goes on; answered by
     /// [`Event::Measuring`] and [`Event::Measured`].
     Measure(State),
@@ -113,14 +113,14 @@ impl Command {
             Self::Run
             | Self::StepIteration
             | Self::Edit(_)
+            | Self::TakeFrom(_)
             | Self::Extend(_)
             | Self::ProposeMerge { .. }
             | Self::MergeAll => true,
             Self::Load { .. }
             | Self::Resample(_)
             | Self::Resume(_)
-            | Self::ExportCloud(..)
-            | Self::ExportPrimitives(..)
+            | Self::Export(_)
             | Self::Measure(_)
             | Self::Estimate(_)
             | Self::SetParams(_)
@@ -131,6 +131,17 @@ impl Command {
             | Self::RunSeeds(_) => false,
         }
     }
+}
+
+/// What is to be written, and how.
+#[derive(Debug, Clone)]
+pub struct ExportRequest {
+    pub path: PathBuf,
+    pub format: Format,
+    pub options: ExportOptions,
+    pub state: State,
+    /// Of the primitives and their points.
+    pub colors: Arc<Colors>,
 }
 
 /// All that a run is made from, but for the shape.
@@ -355,10 +366,12 @@ pub enum Event {
         request: u64,
         news: SeedNews,
     },
-    /// A file was written, whole.
+    /// A file was written, whole, with those beside it that it refers to.
     Written {
         path: PathBuf,
-        what: &'static str,
+        format: Format,
+        /// What of the state the file can't say, one sentence each.
+        notes: Vec<String>,
     },
     /// Something went wrong; the state is what it was before.
     Failed {

@@ -3,19 +3,46 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::protocol::{SamplingOptions, Source, State};
+use super::protocol::{ExportRequest, SamplingOptions, Source, State};
 use crate::geometry::SampleCloud;
 use crate::geometry::metrics::{MetricOptions, Reference};
-use crate::geometry::palette::Colors;
-use crate::io::{self, Outcome, Shape};
+use crate::inference::Edit;
+use crate::io::{self, Outcome, Shape, StoredPrimitives};
 
-/// Reads the shape.
-pub(super) fn read(source: &Source) -> Result<Arc<Shape>, String> {
+/// What a file comes to.
+pub(super) struct Found {
+    pub(super) shape: Arc<Shape>,
+    /// The primitives, where the file holds such, and their notes.
+    pub(super) primitives: Option<Edit>,
+}
+
+/// Reads the shape, or the primitives with the shape that they stand for:
+/// `present`, where that is what they were made from.
+pub(super) fn read(source: &Source, present: Option<&Arc<Shape>>) -> Result<Found, String> {
     let shape = match source {
+        Source::File(path) if io::holds_primitives(path) => {
+            let stored = io::read_primitives(path).map_err(|error| chain(&error))?;
+            let same = present.filter(|shape| stored.input.as_deref() == Some(shape.name.as_str()));
+            let shape = match same {
+                Some(shape) => Arc::clone(shape),
+                None => Arc::new(io::shape_of(&stored).map_err(|error| chain(&error))?),
+            };
+            return Ok(Found { shape, primitives: Some(take(&stored)) });
+        }
         Source::File(path) => io::read(path),
         Source::BuiltIn => io::built_in(),
     };
-    shape.map(Arc::new).map_err(|error| chain(&error))
+    let shape = shape.map(Arc::new).map_err(|error| chain(&error))?;
+    Ok(Found { shape, primitives: None })
+}
+
+/// The edit that takes the primitives of a file.
+pub(super) fn read_primitives(path: &Path) -> Result<Edit, String> {
+    io::read_primitives(path).map(|stored| take(&stored)).map_err(|error| chain(&error))
+}
+
+fn take(stored: &StoredPrimitives) -> Edit {
+    Edit::Take { primitives: stored.primitives.iter().map(|p| (p.id, p.shape)).collect() }
 }
 
 /// Samples the shape.
@@ -28,42 +55,19 @@ pub(super) fn reference(shape: &Shape) -> Result<Reference, String> {
     io::reference(shape, &MetricOptions::default()).map_err(|error| chain(&error))
 }
 
-/// What can be written of a state.
-#[derive(Debug, Clone, Copy)]
-pub(super) enum Part<'a> {
-    /// In these colours.
-    Cloud(&'a Colors),
-    Primitives,
-}
-
-impl Part<'_> {
-    /// For people.
-    pub(super) fn name(self) -> &'static str {
-        match self {
-            Self::Cloud(_) => "segmented cloud",
-            Self::Primitives => "primitives",
-        }
-    }
-}
-
-/// Writes a part of the state, whole or not at all.
-pub(super) fn write(part: Part<'_>, path: &Path, state: &State) -> Result<(), String> {
-    let State { loaded, snapshot } = state;
-    let plain = Colors::default();
-    let colors = if let Part::Cloud(colors) = part { colors } else { &plain };
+/// Writes a state, whole or not at all. Answers what the file can't say.
+pub(super) fn export(request: &ExportRequest) -> Result<Vec<String>, String> {
+    let State { loaded, snapshot } = &request.state;
     let outcome = Outcome {
-        colors,
+        colors: &request.colors,
         shape: &loaded.shape,
         cloud: &loaded.cloud,
         sampling: loaded.sampling,
         params: &snapshot.params,
         abstraction: &snapshot.abstraction,
     };
-    match part {
-        Part::Cloud(_) => io::write_segmented_ply(path, &outcome),
-        Part::Primitives => io::write_primitives_json(path, &outcome),
-    }
-    .map_err(|error| chain(&error))
+    let written = io::export(&request.path, request.format, &request.options, &outcome);
+    written.map(|exported| exported.notes).map_err(|error| chain(&error))
 }
 
 /// The error and its causes, as one text; a cause that the error already

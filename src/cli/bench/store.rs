@@ -71,18 +71,6 @@ impl Store {
     }
 }
 
-/// A fingerprint of some bytes (FNV-1a).
-pub(super) fn fingerprint(parts: &[&[u8]]) -> String {
-    let mut hash = 0xcbf2_9ce4_8422_2325u64;
-    for part in parts {
-        // The length keeps parts from running into each other.
-        for byte in part.len().to_le_bytes().iter().chain(*part) {
-            hash = (hash ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
-        }
-    }
-    format!("{hash:016x}")
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -118,11 +106,5 @@ mod tests {
         store.add(row(3, 0.1)).unwrap();
         let store = Store::open(&path).unwrap();
         assert_eq!((store.find("k2"), store.find("k3")), (Some(&row(2, 1.0 / 3.0)), Some(&row(3, 0.1))));
-    }
-
-    #[test]
-    fn fingerprints_tell_parts_apart() {
-        assert_eq!(fingerprint(&[b"a", b"b"]), fingerprint(&[b"a", b"b"]));
-        assert_ne!(fingerprint(&[b"ab", b""]), fingerprint(&[b"a", b"b"]));
     }
 }

@@ -11,6 +11,7 @@ mod pcd;
 mod ply;
 pub(super) mod primitives;
 mod raw;
+mod results;
 mod scalar;
 mod stl;
 mod text;
@@ -21,6 +22,8 @@ use std::path::{Path, PathBuf};
 
 use super::{ReadError, Shape};
 use detect::Format;
+
+pub use results::{holds_primitives, shape_of};
 
 /// Largest file that is read, in bytes.
 const LARGEST: u64 = 8 << 30;

@@ -1,11 +1,13 @@
 //! What a hand does to the present state: going back to another, edits, merges
 //! on probation.
 
+use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
 use super::super::machine::Machine;
 use super::super::protocol::{Cause, Event, State};
+use super::super::source;
 use super::super::trouble::{Stop, guarded};
 use super::{Engine, Present};
 use crate::inference::{Edit, InferenceError, Occurrence};
@@ -56,6 +58,16 @@ impl<M: Machine> Engine<M> {
                 present.elapsed += begun.elapsed();
             }
             self.emit_step(cause, occurrences);
+        }
+    }
+
+    /// Takes the primitives of a file; on any error all stays as it was.
+    pub(super) fn take_from(&mut self, path: &Path) {
+        let what = format!("The primitives of {} could not be brought in", path.display());
+        let outcome = guarded(|| source::read_primitives(path).map_err(|error| Stop::trouble(what, error)));
+        match outcome {
+            Ok(edit) => self.edit(&edit),
+            Err(stop) => self.report(stop),
         }
     }
 

@@ -9,7 +9,7 @@ use super::super::source;
 use super::super::trouble::{Stop, guarded};
 use super::{Engine, Present};
 use crate::geometry::SampleCloud;
-use crate::inference::{Abstraction, Cancel, Params};
+use crate::inference::{Abstraction, Algorithm, Cancel, Occurrence, Params};
 use crate::io::Shape;
 
 impl<M: Machine> Engine<M> {
@@ -21,12 +21,23 @@ impl<M: Machine> Engine<M> {
         };
         let cancel = self.cancel.clone();
         let params = self.params;
+        let present = self.present.as_ref().map(|p| Arc::clone(&p.shape.shape));
         let outcome = guarded(|| {
             if cancel.is_requested() {
                 return Err(Stop::Cancelled);
             }
-            let shape = source::read(source).map_err(|error| Stop::trouble(what.as_str(), error))?;
-            sampled::<M>(&what, shape, sampling, params, &cancel)
+            let found = source::read(source, present.as_ref())
+                .map_err(|error| Stop::trouble(what.as_str(), error))?;
+            let Some(edit) = found.primitives else {
+                return sampled::<M>(&what, found.shape, sampling, params, &cancel);
+            };
+            // Only the sampler goes on from primitives.
+            let params = Params { algorithm: Algorithm::Sampler, ..params };
+            let mut fresh = sampled::<M>(&what, found.shape, sampling, params, &cancel)?;
+            fresh.occurrences =
+                fresh.machine.edit(&edit, &cancel).map_err(|error| Stop::inference(&what, &error))?;
+            fresh.abstraction = fresh.machine.abstraction();
+            Ok(fresh)
         });
         self.take_in(outcome, sampling)
     }
@@ -49,7 +60,7 @@ impl<M: Machine> Engine<M> {
     /// which of the two.
     fn take_in(&mut self, outcome: Result<Fresh<M>, Stop>, sampling: SamplingOptions) -> bool {
         match outcome {
-            Ok(Fresh { shape, cloud, machine, abstraction }) => {
+            Ok(Fresh { shape, cloud, machine, abstraction, occurrences }) => {
                 self.drop_renewal();
                 self.generation += 1;
                 let shape = Arc::new(LoadedShape { generation: self.generation, shape, cloud, sampling });
@@ -57,13 +68,13 @@ impl<M: Machine> Engine<M> {
                 self.present = Some(Present {
                     shape,
                     run: 1,
-                    start: self.params,
+                    start: machine.params(),
                     machine,
                     abstraction,
                     elapsed: Duration::ZERO,
                     unmeasured: None,
                 });
-                self.emit_snapshot(Cause::Start, Vec::new());
+                self.emit_snapshot(Cause::Start, occurrences);
                 true
             }
             Err(stop) => {
@@ -80,6 +91,8 @@ struct Fresh<M> {
     cloud: Arc<SampleCloud>,
     machine: M,
     abstraction: Abstraction,
+    /// What was brought in with it.
+    occurrences: Vec<Occurrence>,
 }
 
 fn sampled<M: Machine>(
@@ -93,5 +106,5 @@ fn sampled<M: Machine>(
     let machine =
         M::start(Arc::clone(&cloud), params, cancel).map_err(|error| Stop::inference(what, &error))?;
     let abstraction = machine.abstraction();
-    Ok(Fresh { shape, cloud, machine, abstraction })
+    Ok(Fresh { shape, cloud, machine, abstraction, occurrences: Vec::new() })
 }

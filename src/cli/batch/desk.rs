@@ -1,0 +1,397 @@
+//! Where the files of a job are made, and how they get to their place: all
+//! together, on disk before they are seen, and never mistaken for finished if
+//! they are not.
+//!
+//! Each batch has a desk in the hidden folder `.superform` of the output, named
+//! after its table, and holds a lock beside it as long as it lives: so nobody
+//! takes its files for leftovers, and no second one writes the same table. The
+//! system lets go of the lock when the process ends, however it ends.
+
+use std::fs::{self, File, OpenOptions, TryLockError};
+use std::io;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
+
+use anyhow::Context;
+use serde::{Deserialize, Serialize};
+
+use super::fingerprint::pieces;
+use super::rows::Row;
+use super::{HIDDEN_FOLDER, RECORD_FILE};
+use crate::inference::Cancel;
+use crate::io as files;
+
+/// How often a batch that waits for another looks again.
+const LOOK_AGAIN: Duration = Duration::from_millis(100);
+
+const FORMAT: &str = "superform-job";
+const VERSION: u32 = 1;
+
+/// The record of a finished job, which lies beside its files.
+#[derive(Debug, Serialize, Deserialize)]
+struct Record {
+    format: String,
+    version: u32,
+    program: String,
+    /// Stands for everything that the result depends on.
+    fingerprint: String,
+    files: Vec<FileEntry>,
+    row: Row,
+}
+
+/// A file as it was written.
+#[derive(Debug, PartialEq, Eq, Serialize, Deserialize)]
+struct FileEntry {
+    name: String,
+    bytes: u64,
+    crc32: u32,
+}
+
+impl FileEntry {
+    fn of(path: &Path) -> io::Result<Self> {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+        let mut hash = crc32fast::Hasher::new();
+        let bytes = pieces(path, |piece| hash.update(piece))?;
+        Ok(Self { name, bytes, crc32: hash.finalize() })
+    }
+}
+
+impl Record {
+    fn read(folder: &Path) -> Option<Self> {
+        let record: Self = serde_json::from_slice(&fs::read(folder.join(RECORD_FILE)).ok()?).ok()?;
+        (record.format == FORMAT && record.version == VERSION).then_some(record)
+    }
+
+    /// Whether all files are there as they were written.
+    fn is_whole(&self, folder: &Path) -> bool {
+        !self.files.is_empty()
+            && self.files.iter().all(|entry| {
+                let path = folder.join(&entry.name);
+                fs::metadata(&path).is_ok_and(|about| about.len() == entry.bytes)
+                    && FileEntry::of(&path).is_ok_and(|found| found == *entry)
+            })
+    }
+}
+
+/// The row of a job whose files lie whole in a folder, with the fingerprint of
+/// what they were made from.
+pub(super) fn finished(folder: &Path) -> Option<(Row, String)> {
+    let record = Record::read(folder).filter(|record| record.is_whole(folder))?;
+    Some((record.row, record.fingerprint))
+}
+
+/// A place to work at, one's own.
+#[derive(Debug)]
+pub(super) struct Desk {
+    output: PathBuf,
+    /// Where files are made.
+    folder: PathBuf,
+    lock: PathBuf,
+    /// Held locked; `None` where the file system knows no locks.
+    held: Option<File>,
+}
+
+impl Desk {
+    /// Takes the desk of a table and clears away what batches that were killed
+    /// have left behind. If another process works at it, calls `wait` once and
+    /// waits; `None` if that was cancelled.
+    pub(super) fn take(
+        output: &Path,
+        table: &str,
+        cancel: &Cancel,
+        wait: impl FnOnce(),
+    ) -> anyhow::Result<Option<Self>> {
+        let about = || format!("can't work in the folder {}", output.display());
+        let hidden = output.join(HIDDEN_FOLDER);
+        let lock = hidden.join(format!("{table}.lock"));
+        let mut wait = Some(wait);
+        let held = loop {
+            fs::create_dir_all(&hidden).with_context(about)?;
+            match locked(&lock, true) {
+                Ok(Locking::Held(file)) => break Some(file),
+                Ok(Locking::Unknown) => break None,
+                Ok(Locking::Taken) => {
+                    if let Some(wait) = wait.take() {
+                        wait();
+                    }
+                    std::thread::sleep(LOOK_AGAIN);
+                }
+                // Whoever had it has just put it away.
+                Ok(Locking::Gone) => {}
+                Err(e) if e.kind() == io::ErrorKind::NotFound => {}
+                Err(e) => return Err(e).with_context(about),
+            }
+            if cancel.is_requested() {
+                return Ok(None);
+            }
+        };
+        let desk = Self { output: output.to_owned(), folder: hidden.join(table), lock, held };
+        desk.clear().with_context(about)?;
+        fs::create_dir_all(&desk.folder).with_context(about)?;
+        sweep_up(&hidden, &desk.lock);
+        Ok(Some(desk))
+    }
+
+    /// Removes what lies on the desk, which is one's own.
+    fn clear(&self) -> io::Result<()> {
+        match fs::remove_dir_all(&self.folder) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
+            _ => Ok(()),
+        }
+    }
+
+    /// An empty folder to make a job's files in.
+    pub(super) fn place(&self, number: usize) -> io::Result<PathBuf> {
+        let folder = self.folder.join(number.to_string());
+        fs::create_dir_all(&folder)?;
+        Ok(folder)
+    }
+
+    /// Moves the files of a job from where they were made to the folder of its
+    /// name, with the record that makes it finished. A folder that is there
+    /// keeps what is not ours.
+    pub(super) fn publish(
+        &self,
+        made: &Path,
+        written: &[PathBuf],
+        fingerprint: String,
+        row: &Row,
+    ) -> anyhow::Result<()> {
+        let target = self.output.join(&row.name);
+        let record = Record {
+            format: FORMAT.to_owned(),
+            version: VERSION,
+            program: concat!("superform ", env!("CARGO_PKG_VERSION")).to_owned(),
+            fingerprint,
+            files: written.iter().map(|path| FileEntry::of(path)).collect::<Result<_, _>>()?,
+            row: row.clone(),
+        };
+        files::write_whole(&made.join(RECORD_FILE), &serde_json::to_vec_pretty(&record)?)?;
+        sync(made);
+        self.moved(made, &target, &record)
+            .with_context(|| format!("can't put the results into {}", target.display()))
+    }
+
+    fn moved(&self, made: &Path, target: &Path, record: &Record) -> io::Result<()> {
+        let parent = target.parent().unwrap_or(&self.output);
+        fs::create_dir_all(parent)?;
+        if !target.exists() && fs::rename(made, target).is_ok() {
+            self.sync_up_to_output(parent);
+            return Ok(());
+        }
+        // From here on it is unfinished until the record is there again.
+        fs::create_dir_all(target)?;
+        let before = Record::read(target);
+        match fs::remove_file(target.join(RECORD_FILE)) {
+            Err(e) if e.kind() != io::ErrorKind::NotFound => return Err(e),
+            _ => sync(target),
+        }
+        for old in before.iter().flat_map(|record| &record.files) {
+            // Only what was made there: a record is a file that anybody can write.
+            if !record.files.iter().any(|new| new.name == old.name) && !old.name.contains(['/', '\\']) {
+                let _ = fs::remove_file(target.join(&old.name));
+            }
+        }
+        for name in record.files.iter().map(|entry| entry.name.as_str()) {
+            fs::rename(made.join(name), target.join(name))?;
+        }
+        sync(target);
+        fs::rename(made.join(RECORD_FILE), target.join(RECORD_FILE))?;
+        sync(target);
+        self.sync_up_to_output(parent);
+        fs::remove_dir_all(made)
+    }
+
+    /// Makes new names of folders last.
+    fn sync_up_to_output(&self, from: &Path) {
+        for folder in from.ancestors() {
+            sync(folder);
+            if folder == self.output {
+                break;
+            }
+        }
+    }
+}
+
+impl Drop for Desk {
+    fn drop(&mut self) {
+        if let Err(e) = self.clear() {
+            tracing::warn!("can't clear away {}: {e}", self.folder.display());
+        }
+        if self.held.is_some() {
+            put_away(&self.lock);
+        }
+    }
+}
+
+/// Removes a lock that is held, and the hidden folder if nobody else needs it.
+fn put_away(lock: &Path) {
+    // Elsewhere nobody could tell an old lock from a new one of the same name.
+    if cfg!(unix) {
+        let _ = fs::remove_file(lock);
+        if let Some(hidden) = lock.parent() {
+            let _ = fs::remove_dir(hidden);
+        }
+    }
+}
+
+/// Clears other desks whose owners are gone.
+fn sweep_up(hidden: &Path, own: &Path) {
+    for path in fs::read_dir(hidden).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        if path == own || path.extension().is_none_or(|e| e != "lock") {
+            continue;
+        }
+        if let Ok(Locking::Held(_held)) = locked(&path, false) {
+            let _ = fs::remove_dir_all(path.with_extension(""));
+            put_away(&path);
+        }
+    }
+}
+
+#[derive(Debug)]
+enum Locking {
+    Held(File),
+    /// Somebody else has it.
+    Taken,
+    /// It was put away while it was being taken.
+    Gone,
+    /// The file system knows no locks.
+    Unknown,
+}
+
+fn locked(path: &Path, make: bool) -> io::Result<Locking> {
+    let file = OpenOptions::new().read(true).write(true).create(make).truncate(false).open(path)?;
+    match file.try_lock() {
+        Ok(()) if is_at(&file, path) => Ok(Locking::Held(file)),
+        Ok(()) => Ok(Locking::Gone),
+        Err(TryLockError::WouldBlock) => Ok(Locking::Taken),
+        Err(TryLockError::Error(e)) => {
+            tracing::debug!("no lock on {}: {e}", path.display());
+            Ok(Locking::Unknown)
+        }
+    }
+}
+
+/// Whether an open file is still the one of that name.
+#[cfg(unix)]
+fn is_at(file: &File, path: &Path) -> bool {
+    use std::os::unix::fs::MetadataExt as _;
+    match (file.metadata(), fs::metadata(path)) {
+        (Ok(open), Ok(there)) => (open.dev(), open.ino()) == (there.dev(), there.ino()),
+        _ => false,
+    }
+}
+
+/// Nobody removes locks here.
+#[cfg(not(unix))]
+fn is_at(_: &File, _: &Path) -> bool {
+    true
+}
+
+/// Makes the names in a folder last a power failure, where a system has that.
+fn sync(folder: &Path) {
+    #[cfg(unix)]
+    if let Err(e) = File::open(folder).and_then(|folder| folder.sync_all()) {
+        tracing::debug!("can't sync {}: {e}", folder.display());
+    }
+    #[cfg(not(unix))]
+    let _ = folder;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::super::rows::tests::job;
+    use super::*;
+
+    fn desk(output: &Path, table: &str) -> Desk {
+        Desk::take(output, table, &Cancel::default(), || panic!("somebody sits there")).unwrap().unwrap()
+    }
+
+    /// Publishes a job that consists of some files.
+    fn publish(desk: &Desk, name: &str, fingerprint: &str, content: &[(&str, &str)]) -> Row {
+        let place = desk.place(1).unwrap();
+        let written: Vec<PathBuf> = content
+            .iter()
+            .map(|(name, text)| {
+                fs::write(place.join(name), text).unwrap();
+                place.join(name)
+            })
+            .collect();
+        let row = Row::cancelled(&job(1, name));
+        desk.publish(&place, &written, fingerprint.to_owned(), &row).unwrap();
+        assert!(!place.exists());
+        row
+    }
+
+    #[test]
+    fn a_job_is_finished_once_its_files_are_whole() {
+        let output = tempfile::tempdir().unwrap();
+        let target = output.path().join("a/b");
+        let desk = desk(output.path(), "results");
+        assert!(finished(&target).is_none());
+        let row = publish(&desk, "a/b", "f1", &[("x.txt", "one"), ("y.txt", "two")]);
+        assert_eq!(finished(&target), Some((row, "f1".to_owned())));
+        // Cut, changed, missing.
+        for spoil in [
+            |path: &Path| fs::write(path, "on").unwrap(),
+            |path: &Path| fs::write(path, "eno").unwrap(),
+            |path: &Path| fs::remove_file(path).unwrap(),
+        ] {
+            spoil(&target.join("x.txt"));
+            assert!(finished(&target).is_none());
+            publish(&desk, "a/b", "f2", &[("x.txt", "one"), ("y.txt", "two")]);
+            assert!(finished(&target).is_some());
+        }
+        let record = fs::read(target.join(RECORD_FILE)).unwrap();
+        fs::write(target.join(RECORD_FILE), &record[..record.len() / 2]).unwrap();
+        assert!(finished(&target).is_none());
+    }
+
+    #[test]
+    fn what_is_not_ours_stays_and_what_was_ours_goes() {
+        let output = tempfile::tempdir().unwrap();
+        let target = output.path().join("a");
+        fs::create_dir(&target).unwrap();
+        fs::write(target.join("notes.txt"), "mine").unwrap();
+        let desk = desk(output.path(), "results");
+        publish(&desk, "a", "f1", &[("x.txt", "one"), ("old.txt", "two")]);
+        publish(&desk, "a", "f2", &[("x.txt", "three")]);
+        assert_eq!(fs::read_to_string(target.join("x.txt")).unwrap(), "three");
+        assert!(!target.join("old.txt").exists());
+        assert_eq!(fs::read_to_string(target.join("notes.txt")).unwrap(), "mine");
+        drop(desk);
+        assert_eq!(cfg!(unix), !output.path().join(HIDDEN_FOLDER).exists());
+    }
+
+    #[test]
+    fn leftovers_of_the_dead_go_and_those_of_the_living_stay() {
+        let output = tempfile::tempdir().unwrap();
+        let hidden = output.path().join(HIDDEN_FOLDER);
+        let living = desk(output.path(), "results.0-of-2");
+        let at_work = living.place(7).unwrap();
+        // What a process leaves that was killed: its lock is free.
+        for table in ["results.1-of-2", "results"] {
+            fs::create_dir_all(hidden.join(table).join("3")).unwrap();
+            fs::write(hidden.join(table).join("3/segmented.ply"), "half").unwrap();
+            fs::write(hidden.join(format!("{table}.lock")), "").unwrap();
+        }
+        let next = desk(output.path(), "results.1-of-2");
+        assert!(at_work.exists());
+        assert!(!hidden.join("results").exists());
+        assert_eq!(fs::read_dir(&next.folder).unwrap().count(), 0);
+    }
+
+    #[test]
+    fn a_second_batch_of_the_same_table_waits() {
+        let output = tempfile::tempdir().unwrap();
+        let first = desk(output.path(), "results");
+        let cancel = Cancel::default();
+        let stop = cancel.clone();
+        let second = Desk::take(output.path(), "results", &cancel, move || stop.request()).unwrap();
+        assert!(second.is_none());
+        // The first ends as soon as the second has begun to wait.
+        let mut first = Some(first);
+        let second = Desk::take(output.path(), "results", &Cancel::default(), || first = None).unwrap();
+        assert!(second.is_some());
+    }
+}

@@ -1,0 +1,172 @@
+//! Whether something is still what it was.
+
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{self, Read};
+use std::path::{Path, PathBuf};
+
+use serde_json::Value;
+
+use crate::geometry::SamplingOptions;
+use crate::inference::Params;
+
+/// Largest glTF text whose buffers are looked for.
+const LARGEST_SCENE: u64 = 256 << 20;
+
+/// A fingerprint of some bytes (FNV-1a).
+pub(in crate::cli) fn fingerprint(parts: &[&[u8]]) -> String {
+    let mut hash = Hash::default();
+    for part in parts {
+        // The length keeps parts from running into each other.
+        hash.take(&part.len().to_le_bytes());
+        hash.take(part);
+    }
+    hash.text()
+}
+
+#[derive(Debug, Clone, Copy)]
+struct Hash(u64);
+
+impl Default for Hash {
+    fn default() -> Self {
+        Self(0xcbf2_9ce4_8422_2325)
+    }
+}
+
+impl Hash {
+    fn take(&mut self, bytes: &[u8]) {
+        for byte in bytes {
+            self.0 = (self.0 ^ u64::from(*byte)).wrapping_mul(0x0000_0100_0000_01b3);
+        }
+    }
+
+    fn text(self) -> String {
+        format!("{:016x}", self.0)
+    }
+}
+
+/// Calls `take` with the bytes of a file, piece by piece.
+pub(super) fn pieces(path: &Path, mut take: impl FnMut(&[u8])) -> io::Result<u64> {
+    let mut file = File::open(path)?;
+    let mut buffer = vec![0; 1 << 20];
+    let mut bytes = 0;
+    loop {
+        match file.read(&mut buffer) {
+            Ok(0) => return Ok(bytes),
+            Ok(n) => {
+                take(&buffer[..n]);
+                bytes += n as u64;
+            }
+            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+            Err(e) => return Err(e),
+        }
+    }
+}
+
+/// Fingerprints of inputs by their content; those that were asked for are
+/// remembered.
+#[derive(Debug, Default)]
+pub(super) struct Inputs(HashMap<PathBuf, Option<String>>);
+
+impl Inputs {
+    /// Of a file and, if it is a glTF text, of the buffers beside it; `None`
+    /// where it can't be read.
+    pub(super) fn content(&mut self, path: &Path) -> Option<String> {
+        self.0.entry(path.to_owned()).or_insert_with(|| content(path).ok()).clone()
+    }
+}
+
+/// The content of a file and of what belongs to it.
+///
+/// # Errors
+/// Where the file can't be read.
+pub(super) fn content(path: &Path) -> io::Result<String> {
+    let mut hash = Hash::default();
+    if !path.is_file() {
+        return Err(io::ErrorKind::NotFound.into());
+    }
+    let mut first = None;
+    let bytes = pieces(path, |piece| {
+        first = first.or_else(|| piece.iter().copied().find(|b| !b.is_ascii_whitespace()));
+        hash.take(piece);
+    })?;
+    if first == Some(b'{') && bytes <= LARGEST_SCENE {
+        for buffer in buffers(&std::fs::read(path)?) {
+            let beside = path.parent().unwrap_or(Path::new("")).join(buffer);
+            // What is not there is told by whoever reads the shape.
+            let length = pieces(&beside, |piece| hash.take(piece)).unwrap_or(0);
+            hash.take(&length.to_le_bytes());
+        }
+    }
+    Ok(hash.text())
+}
+
+/// Names of the files that a glTF text keeps its buffers in.
+fn buffers(scene: &[u8]) -> Vec<String> {
+    let scene: Value = serde_json::from_slice(scene).unwrap_or_default();
+    let buffers = scene["buffers"].as_array().into_iter().flatten();
+    buffers
+        .filter_map(|buffer| buffer["uri"].as_str())
+        .filter(|uri| !uri.starts_with("data:"))
+        .map(|uri| uri.replace("%20", " "))
+        .collect()
+}
+
+/// What a result depends on: the program, the input and the settings.
+pub(super) fn of_job(
+    content: &str,
+    sampling: &SamplingOptions,
+    params: &Params,
+) -> serde_json::Result<String> {
+    let settings =
+        serde_json::to_vec(&((sampling.points, sampling.seed, sampling.surface, sampling.isolated), params))?;
+    Ok(fingerprint(&[env!("SUPERFORM_VERSION").as_bytes(), content.as_bytes(), &settings]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn fingerprints_tell_parts_apart() {
+        assert_eq!(fingerprint(&[b"a", b"b"]), fingerprint(&[b"a", b"b"]));
+        assert_ne!(fingerprint(&[b"ab", b""]), fingerprint(&[b"a", b"b"]));
+    }
+
+    #[test]
+    fn inputs_are_told_by_their_content() {
+        let folder = tempfile::tempdir().unwrap();
+        let place = |name: &str| folder.path().join(name);
+        let write = |name: &str, text: &str| std::fs::write(place(name), text).unwrap();
+        write("a.xyz", "1 2 3");
+        write("copy.xyz", "1 2 3");
+        write("b.xyz", "1 2 4");
+        let of = |name: &str| content(&place(name)).unwrap();
+        assert_eq!(of("a.xyz"), of("copy.xyz"));
+        assert_ne!(of("a.xyz"), of("b.xyz"));
+        assert!(content(&place("gone.xyz")).is_err());
+        // The buffers of a scene belong to it.
+        write("scene.gltf", "{\"buffers\": [{\"uri\": \"my%20data.bin\"}, {\"uri\": \"data:,\"}]}");
+        let without = of("scene.gltf");
+        write("my data.bin", "one");
+        let one = of("scene.gltf");
+        write("my data.bin", "two");
+        assert!(without != one && one != of("scene.gltf"));
+    }
+
+    #[test]
+    fn every_setting_counts() {
+        let (sampling, params) = (SamplingOptions::default(), Params::default());
+        let usual = of_job("a", &sampling, &params).unwrap();
+        assert_eq!(usual, of_job("a", &sampling, &params).unwrap());
+        for (content, sampling, params) in [
+            ("b", sampling, params),
+            ("a", SamplingOptions { points: 100, ..sampling }, params),
+            ("a", SamplingOptions { seed: 2, ..sampling }, params),
+            ("a", sampling, Params { alpha: 0.6, ..params }),
+            ("a", sampling, Params { refine: false, ..params }),
+        ] {
+            assert_ne!(usual, of_job(content, &sampling, &params).unwrap());
+        }
+    }
+}

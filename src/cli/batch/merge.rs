@@ -1,0 +1,79 @@
+//! One table from the results of several runs in the same folder.
+
+use std::collections::HashMap;
+use std::fs;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+
+use anyhow::{Context, bail};
+
+use super::desk::finished;
+use super::rows::{Row, Status, all_tables, read, write_tables};
+use super::sweep::Part;
+use super::{RECORD_FILE, Tally, must_be_folder};
+use crate::cli::fail;
+
+/// Tables to merge.
+#[derive(Debug, Clone, PartialEq)]
+pub struct MergeJob {
+    /// The folder that several runs wrote to.
+    pub folder: PathBuf,
+}
+
+impl MergeJob {
+    /// Does the job: `results.csv` and `results.jsonl` have a row a finished job
+    /// and, from the tables of the runs, one for each that failed or was
+    /// stopped. The exit status tells how many failed.
+    pub fn run(&self) -> ExitCode {
+        match self.work() {
+            Ok((tally, table)) => {
+                let _ = writeln!(std::io::stdout(), "{}, results in {}", tally.summary(), table.display());
+                tally.exit()
+            }
+            Err(e) => fail(&format!("{e:#}")),
+        }
+    }
+
+    fn work(&self) -> anyhow::Result<(Tally, PathBuf)> {
+        must_be_folder(&self.folder)?;
+        let about = || format!("can't read the folder {}", self.folder.display());
+        let mut rows: HashMap<String, Row> = HashMap::new();
+        // The newest table goes before older ones.
+        for table in all_tables(&self.folder).with_context(about)? {
+            let unfinished = read(&table)?.into_iter().filter(|row| row.status != Status::Ok);
+            rows.extend(unfinished.map(|row| (row.name.clone(), row)));
+        }
+        let mut done = Vec::new();
+        collect(&self.folder, &mut done).with_context(about)?;
+        rows.extend(done.into_iter().map(|row| (row.name.clone(), row)));
+        if rows.is_empty() {
+            bail!(
+                "there are no results in {}; give the folder that the runs wrote to",
+                self.folder.display()
+            );
+        }
+        let mut rows: Vec<Row> = rows.into_values().collect();
+        rows.sort_by(|a, b| (a.job, &a.name).cmp(&(b.job, &b.name)));
+        let table = write_tables(&self.folder, &Part::All.table(), &rows)?;
+        Ok((Tally::of(&rows), table))
+    }
+}
+
+/// The rows of all finished jobs below a folder.
+fn collect(folder: &Path, rows: &mut Vec<Row>) -> std::io::Result<()> {
+    for entry in fs::read_dir(folder)? {
+        let entry = entry?;
+        if !entry.file_type()?.is_dir() || entry.file_name().as_encoded_bytes().starts_with(b".") {
+            continue;
+        }
+        let path = entry.path();
+        if path.join(RECORD_FILE).is_file()
+            && let Some((row, _)) = finished(&path)
+        {
+            rows.push(row);
+        }
+        collect(&path, rows)?;
+    }
+    Ok(())
+}

@@ -1,0 +1,287 @@
+//! Many shapes, or many settings: a job each, some side by side.
+//!
+//! A job's files appear in a folder of its name, all together, with a record of
+//! what they were made from. So a batch that was stopped, however roughly, goes
+//! on where it was: what is finished is skipped, and nothing half-written is
+//! taken for finished. The tables are made from the records.
+
+mod desk;
+pub(super) mod fingerprint;
+mod inputs;
+mod manifest;
+mod merge;
+mod names;
+mod plan;
+mod progress;
+mod rows;
+mod runner;
+mod sweep;
+
+use std::collections::HashSet;
+use std::io::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::time::Instant;
+
+use anyhow::{Context, bail};
+
+use self::desk::{Desk, finished};
+use self::progress::{Line, Progress};
+use self::rows::{Row, Status, Tables};
+use self::runner::{End, run_all};
+use super::headless::primitives;
+use super::interrupt::{INTERRUPTED, cancel_on_interrupt};
+use super::job::Finished;
+use super::{fail, say};
+use crate::geometry::SamplingOptions;
+use crate::inference::{Cancel, Params};
+use crate::worker::Source;
+
+pub(super) use self::inputs::is_one_file;
+pub use self::merge::MergeJob;
+pub(super) use self::plan::BatchArgs;
+
+/// The record of a finished job, in its folder.
+const RECORD_FILE: &str = "job.json";
+
+/// Folder in the output where files are made, gone when the batch is done.
+const HIDDEN_FOLDER: &str = ".superform";
+
+/// Exit status of a batch with one failed job; each further adds one.
+const FIRST_FAILURE: usize = 11;
+const MOST_FAILURES: usize = 100;
+
+/// One job: what is abstracted, how, and under which name.
+#[derive(Debug, Clone, PartialEq)]
+struct Job {
+    /// Its number in the whole list, from 1, whichever part is done here.
+    number: usize,
+    /// Path of its folder in the output, with `/`.
+    name: String,
+    input: PathBuf,
+    sampling: SamplingOptions,
+    params: Params,
+}
+
+/// Many jobs to do.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BatchJob {
+    jobs: Vec<Job>,
+    /// How many jobs the whole list has.
+    listed: usize,
+    /// Folder for the results.
+    output: PathBuf,
+    /// Name of the tables, without the ending.
+    table: String,
+    /// Jobs side by side.
+    workers: usize,
+    /// Threads that each of them computes with.
+    threads: usize,
+    /// Do again what is finished.
+    force: bool,
+    quiet: bool,
+}
+
+/// How a batch went.
+#[derive(Debug, Default)]
+struct Tally {
+    /// Finished, also by an earlier batch.
+    ok: usize,
+    before: usize,
+    /// Name and problem.
+    failed: Vec<(String, String)>,
+    cancelled: usize,
+}
+
+impl Tally {
+    fn of<'a>(rows: impl IntoIterator<Item = &'a Row>) -> Self {
+        let mut tally = Self::default();
+        for row in rows {
+            match row.status {
+                Status::Ok => tally.ok += 1,
+                Status::Failed => tally.failed.push((row.name.clone(), row.message.clone())),
+                Status::Cancelled => tally.cancelled += 1,
+            }
+        }
+        tally
+    }
+
+    /// Says which jobs failed, and gives the exit status that tells how many.
+    fn exit(&self) -> ExitCode {
+        for (name, problem) in &self.failed {
+            say(&format!("{name}: {problem}"));
+        }
+        match self.failed.len() {
+            0 => ExitCode::SUCCESS,
+            failed => ExitCode::from((FIRST_FAILURE - 1 + failed.min(MOST_FAILURES)) as u8),
+        }
+    }
+
+    /// "12 jobs: 10 done, 4 of them before; 2 failed".
+    fn summary(&self) -> String {
+        let all = self.ok + self.failed.len() + self.cancelled;
+        let mut text = format!("{all} {}: {} done", if all == 1 { "job" } else { "jobs" }, self.ok);
+        if self.before > 0 {
+            text += &format!(", {} of them before", self.before);
+        }
+        if !self.failed.is_empty() {
+            text += &format!("; {} failed", self.failed.len());
+        }
+        if self.cancelled > 0 {
+            text += &format!("; {} not done", self.cancelled);
+        }
+        text
+    }
+}
+
+impl BatchJob {
+    /// Does the jobs: progress goes to standard error, a summary to standard
+    /// output. The exit status tells how many failed.
+    pub fn run(&self) -> ExitCode {
+        let cancel = cancel_on_interrupt();
+        match self.work(&cancel) {
+            Ok(None) => {
+                say("stopped before anything was begun");
+                ExitCode::from(INTERRUPTED)
+            }
+            Ok(Some((tally, table))) => {
+                let summary = format!("{}, results in {}", tally.summary(), table.display());
+                if tally.cancelled > 0 {
+                    say(&format!("stopped: {summary}; the same command goes on from there"));
+                    return ExitCode::from(INTERRUPTED);
+                }
+                if !self.quiet {
+                    // A closed pipe is no reason to call the batch a failure.
+                    let _ = writeln!(std::io::stdout(), "{summary}");
+                }
+                tally.exit()
+            }
+            Err(e) => fail(&format!("{e:#}")),
+        }
+    }
+
+    /// How it went, and the path of the table; `None` if it was stopped while
+    /// it waited for another.
+    fn work(&self, cancel: &Cancel) -> anyhow::Result<Option<(Tally, PathBuf)>> {
+        if self.output.exists() && !self.output.is_dir() {
+            bail!("{} is not a folder; name another one for the results", self.output.display());
+        }
+        let wait = || say(&format!("waiting for another run that writes {} there", self.table));
+        if self.jobs.is_empty() && !self.quiet {
+            say(&format!("there is nothing to do for this part of the list, which has {} jobs", self.listed));
+        }
+        let Some(desk) = Desk::take(&self.output, &self.table, cancel, wait)? else { return Ok(None) };
+
+        let mut inputs = fingerprint::Inputs::default();
+        let mut rows: Vec<Option<Row>> = Vec::with_capacity(self.jobs.len());
+        for job in &self.jobs {
+            if cancel.is_requested() {
+                return Ok(None);
+            }
+            rows.push(if self.force { None } else { self.before(job, &mut inputs) });
+        }
+        let others = self.others();
+        let known: Vec<Row> = rows.iter().flatten().chain(&others).cloned().collect();
+        let mut tables = Tables::start(&self.output, &self.table, &known)?;
+        let open: Vec<usize> = (0..rows.len()).filter(|&at| rows[at].is_none()).collect();
+        let before = rows.len() - open.len();
+        if before > 0 && !self.quiet {
+            say(&format!("{before} of {} jobs were done before", rows.len()));
+        }
+
+        let workers = self.workers.clamp(1, open.len().max(1));
+        let mut progress = Progress::new(rows.len(), before, workers, self.quiet);
+        let lines: Vec<Line> = (0..workers).map(|worker| progress.line(worker)).collect();
+        let mut failed = 0;
+        run_all(
+            open.len(),
+            (workers, self.threads),
+            cancel,
+            |worker, at| {
+                let line = &lines[worker];
+                let job = &self.jobs[open[at]];
+                line.begin(&job.name);
+                let row = one(job, &desk, cancel, line);
+                line.end();
+                row
+            },
+            |at, end| {
+                let job = &self.jobs[open[at]];
+                let (row, how) = match end {
+                    End::Done(row) => {
+                        let found = primitives(row.primitives.unwrap_or_default());
+                        let how = format!("{found}, {:.1} s", row.seconds.unwrap_or_default());
+                        (row, how)
+                    }
+                    End::Failed(problem) => {
+                        failed += 1;
+                        let how = format!("failed: {problem}");
+                        (Row::failed(job, problem), how)
+                    }
+                    // Told with those that were not begun.
+                    End::Cancelled => return Ok(()),
+                };
+                tables.add(&row)?;
+                progress.ended(&job.name, &how, failed);
+                rows[open[at]] = Some(row);
+                Ok(())
+            },
+        )?;
+        progress.finish();
+        let rows: Vec<Row> = rows
+            .into_iter()
+            .zip(&self.jobs)
+            .map(|(row, job)| row.unwrap_or_else(|| Row::cancelled(job)))
+            .collect();
+        let tally = Tally { before, ..Tally::of(&rows) };
+        let all: Vec<Row> = rows.into_iter().chain(others).collect();
+        let table = tables.finish(&all)?;
+        Ok(Some((tally, table)))
+    }
+
+    /// The row of a job that was finished before, from the same input with the
+    /// same settings by the same program.
+    fn before(&self, job: &Job, inputs: &mut fingerprint::Inputs) -> Option<Row> {
+        let (row, made_from) = finished(&self.output.join(&job.name))?;
+        let content = inputs.content(&job.input)?;
+        let wanted = fingerprint::of_job(&content, &job.sampling, &job.params).ok()?;
+        (made_from == wanted).then(|| row.now_of(job))
+    }
+
+    /// Rows of the same table that other commands have made, if their results
+    /// are still there.
+    fn others(&self) -> Vec<Row> {
+        let ours: HashSet<&str> = self.jobs.iter().map(|job| job.name.as_str()).collect();
+        let is_there = |row: &Row| self.output.join(&row.name).join(RECORD_FILE).is_file();
+        rows::earlier(&self.output, &self.table)
+            .into_iter()
+            .filter(|row| row.status == Status::Ok && !ours.contains(row.name.as_str()) && is_there(row))
+            .collect()
+    }
+}
+
+/// Does one job; its files are in place when this returns.
+fn one(job: &Job, desk: &Desk, cancel: &Cancel, line: &Line) -> anyhow::Result<Row> {
+    let start = Instant::now();
+    let place = desk.place(job.number).with_context(|| format!("can't make files for {}", job.name))?;
+    // Before it is read: if it changes in between, the next batch sees that.
+    let content = fingerprint::content(&job.input);
+    let finished =
+        Finished::make(&Source::File(job.input.clone()), job.sampling, job.params, cancel, |stage| {
+            line.show(stage);
+        })?;
+    let content = content.with_context(|| format!("can't read {}", job.input.display()))?;
+    let made_from = fingerprint::of_job(&content, &job.sampling, &job.params)?;
+    let written = finished.write(&place)?;
+    let row = Row::ok(job, &finished, start.elapsed().as_secs_f64());
+    desk.publish(&place, &written, made_from, &row)?;
+    Ok(row)
+}
+
+/// What a folder is asked for that results are to be merged in.
+fn must_be_folder(path: &Path) -> anyhow::Result<()> {
+    if !path.is_dir() {
+        bail!("{} is not a folder; give the one that the runs wrote to", path.display());
+    }
+    Ok(())
+}

@@ -1,0 +1,43 @@
+//! `superform run`: one shape, or many.
+
+use std::path::PathBuf;
+
+use clap::Args;
+
+use super::Request;
+use super::batch::{BatchArgs, is_one_file};
+use super::headless::HeadlessJob;
+use super::settings::SettingsArgs;
+use crate::worker::Source;
+
+#[derive(Debug, Args)]
+pub(super) struct RunArgs {
+    /// Meshes and point clouds to read (OBJ, PLY, STL, OFF, glTF, GLB or XYZ text), folders of them,
+    /// or patterns like 'shapes/*.obj'
+    #[arg(value_name = "INPUT", required_unless_present = "manifest")]
+    inputs: Vec<PathBuf>,
+    /// Folder for the results; made if it isn't there
+    #[arg(short, long, value_name = "DIR")]
+    output: PathBuf,
+    /// Say nothing but what went wrong
+    #[arg(short, long)]
+    quiet: bool,
+    #[command(flatten)]
+    batch: BatchArgs,
+    #[command(flatten)]
+    settings: SettingsArgs,
+}
+
+impl RunArgs {
+    /// The job, with all settings within their limits. One file is a job whose
+    /// results go straight to the output; anything else is a batch.
+    pub(super) fn resolve(self) -> Result<Request, String> {
+        let Self { mut inputs, output, quiet, batch, settings } = self;
+        if inputs.len() == 1 && is_one_file(&inputs[0]) && !batch.is_wanted() {
+            let (sampling, params) = settings.resolve()?;
+            let source = Source::File(inputs.remove(0));
+            return Ok(Request::Headless(HeadlessJob { source, sampling, params, output, quiet }));
+        }
+        batch.resolve(&inputs, output, &settings, quiet).map(Request::Batch)
+    }
+}

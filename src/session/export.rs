@@ -1,0 +1,124 @@
+//! Taking results home, and bringing primitives in: files and the clipboard.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::{Deserialize, Serialize};
+
+use super::messages::Level;
+use super::{Effect, Session};
+use crate::inference::Edit;
+use crate::io::{self, ExportOptions, Format, Kind, Outcome, PrimitiveSet, ShapeGeometry};
+use crate::worker::{Command, ExportRequest};
+
+/// What was chosen in the export dialog.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ExportChoice {
+    pub format: Format,
+    pub options: ExportOptions,
+}
+
+impl Default for ExportChoice {
+    fn default() -> Self {
+        Self { format: Format::CloudPly, options: ExportOptions::default() }
+    }
+}
+
+impl Session {
+    /// Why the shown state can't be written in a format, if it can't.
+    pub fn why_not_exported(&self, format: Format) -> Option<&'static str> {
+        let is_cloud = |s: &io::Shape| matches!(s.geometry, ShapeGeometry::Cloud(_));
+        let loaded = self.loaded.as_ref();
+        if format.needs_mesh() && loaded.is_some_and(|l| is_cloud(&l.shape)) {
+            return Some("The shape is a cloud; a segmented mesh needs a mesh");
+        }
+        let needs_primitives = !matches!(format.kind(), Kind::Cloud | Kind::Mesh);
+        (needs_primitives && self.primitives().is_empty()).then_some("There are no primitives")
+    }
+
+    /// About how many bytes the shown state takes in a format.
+    pub fn export_size(&self, choice: &ExportChoice) -> Option<u64> {
+        self.with_outcome(|outcome| io::estimated_size(choice.format, &choice.options, outcome))
+    }
+
+    /// A name for the file, without a folder.
+    pub fn export_name(&self, format: Format) -> String {
+        let name = self.loaded.as_ref().map_or("superform", |l| l.shape.name.as_str());
+        let stem = Path::new(name).file_stem().map_or(name.into(), |s| s.to_string_lossy());
+        let what = match format.kind() {
+            Kind::Cloud => "segmented",
+            Kind::Mesh => "parts",
+            Kind::Primitives | Kind::Scene => "primitives",
+        };
+        format!("{stem}-{what}.{}", format.ending())
+    }
+
+    /// Has the shown state written as it was chosen last.
+    pub(super) fn export(&mut self, path: PathBuf) -> Vec<Effect> {
+        let Some(state) = self.shown_state() else { return Vec::new() };
+        let ExportChoice { format, options } = self.window.export;
+        self.window.save_folder = path.parent().map(PathBuf::from);
+        self.window.exported = Some(path.clone());
+        let colors = self.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default();
+        let request = ExportRequest { path, format, options, state, colors };
+        vec![Effect::Send(Command::Export(Box::new(request)))]
+    }
+
+    /// Writes to the file of the last export again.
+    pub(super) fn export_again(&mut self) -> Vec<Effect> {
+        self.window.exported.clone().map_or_else(Vec::new, |path| self.export(path))
+    }
+
+    /// The shown primitives as a text for the clipboard.
+    pub(super) fn copy_primitives(&mut self, format: Format) -> Vec<Effect> {
+        let text = self.with_outcome(|outcome| io::primitives_text(format, &PrimitiveSet::from(outcome)));
+        match text {
+            None => Vec::new(),
+            Some(Err(error)) => {
+                self.fail("The primitives could not be copied".to_owned(), &error.to_string());
+                Vec::new()
+            }
+            Some(Ok(text)) => {
+                let count = self.primitives().len();
+                let what = if count == 1 { "primitive" } else { "primitives" };
+                let text_note = format!("Copied {count} {what} as {}", format.title());
+                self.messages.push(Level::Note, text_note, "");
+                vec![Effect::Copy(text)]
+            }
+        }
+    }
+
+    /// Takes the primitives of a text in place of the shown ones.
+    pub(super) fn paste_primitives(&mut self, text: &str) -> Vec<Effect> {
+        match io::parse_primitives(text.as_bytes(), Path::new("the clipboard"), None) {
+            Ok(stored) => {
+                let primitives = stored.primitives.iter().map(|p| (p.id, p.shape)).collect();
+                self.edit(vec![Edit::Take { primitives }])
+            }
+            Err(error) => {
+                self.fail("There are no primitives to paste".to_owned(), &error.to_string());
+                Vec::new()
+            }
+        }
+    }
+
+    /// Takes the primitives of a file in place of the shown ones.
+    pub(super) fn take_from(&mut self, path: PathBuf) -> Vec<Effect> {
+        self.window.open_folder = path.parent().map(PathBuf::from);
+        self.by_hand(vec![Command::TakeFrom(path)])
+    }
+
+    fn with_outcome<T>(&self, look: impl FnOnce(&Outcome<'_>) -> T) -> Option<T> {
+        let state = self.shown_state()?;
+        let colors = self.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default();
+        Some(look(&Outcome {
+            colors: &colors,
+            shape: &state.loaded.shape,
+            cloud: &state.loaded.cloud,
+            sampling: state.loaded.sampling,
+            params: &state.snapshot.params,
+            abstraction: &state.snapshot.abstraction,
+        }))
+    }
+}
