@@ -57,9 +57,7 @@ impl Format {
 pub(super) fn format(bytes: &[u8], path: &Path) -> Result<Format, ReadError> {
     let head = &bytes[..bytes.len().min(HEAD)];
     let tail = &bytes[bytes.len().saturating_sub(HEAD)..];
-    let magics: [(&[u8], Format); 6] = [
-        (b"ply\n", Format::Ply),
-        (b"ply\r", Format::Ply),
+    let magics: [(&[u8], Format); 4] = [
         (b"glTF", Format::Gltf),
         (b"LASF", Format::Las),
         (b"\x93NUMPY", Format::Npy),
@@ -73,7 +71,8 @@ pub(super) fn format(bytes: &[u8], path: &Path) -> Result<Format, ReadError> {
     }
     let is_in_archive = |name: &[u8]| [head, tail].iter().any(|part| contains(part, name));
     if head.starts_with(b"PK\x03\x04") && is_in_archive(b".npy") {
-        if is_in_archive(b"exponents.npy") && is_in_archive(b"scale.npy") {
+        // Those of others hold the points that they were made from, too.
+        if is_in_archive(b"exponents.npy") && is_in_archive(b"scale.npy") && !is_in_archive(b"pc.npy") {
             return Err(ReadError::Primitives { path: path.to_owned() });
         }
         return Ok(Format::Npz);
@@ -87,6 +86,9 @@ pub(super) fn format(bytes: &[u8], path: &Path) -> Result<Format, ReadError> {
     }
     let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let text = text::decode(head);
+    if text.starts_with("ply\n") || text.starts_with("ply\r") {
+        return Ok(Format::Ply);
+    }
     if pcd::is_pcd(&text) {
         return Ok(Format::Pcd);
     }

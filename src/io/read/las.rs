@@ -34,7 +34,6 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
         ));
     }
     if header.is_compressed {
-        header.check_compression(bytes)?;
         if size > most_unpacked(bytes.len()) {
             let problem = format!(
                 "{} points are announced, too many for a file of {} bytes",
@@ -43,6 +42,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
             );
             return Err(Fault::at_byte(header.count_at, problem));
         }
+        header.check_compression(bytes)?;
     }
     if header.points == 0 {
         return Err(Fault::at_byte(header.count_at, "no points are announced; export the scan again"));

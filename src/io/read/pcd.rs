@@ -144,13 +144,14 @@ fn ascii(bytes: &[u8], header: &Header, roles: Roles, raw: &mut Raw) -> Result<(
     let mut gatherer = Gatherer::new(roles, header.points.min(room) as usize);
     let mut row = Vec::with_capacity(header.columns.len());
     let packed = |i: usize| roles.color == Some(Color::Packed(i));
-    let (mut done, mut surplus) = (0, 0);
+    let (mut done, mut surplus, mut last) = (0, 0, header.lines);
     for (i, line) in lines(&text) {
         let line_number = header.lines + i;
         let line = line.trim();
         if line.is_empty() || line.starts_with('#') {
             continue;
         }
+        last = line_number;
         if done == header.points {
             surplus += 1;
             continue;
@@ -175,7 +176,6 @@ fn ascii(bytes: &[u8], header: &Header, roles: Roles, raw: &mut Raw) -> Result<(
         done += 1;
     }
     if done < header.points {
-        let last = header.lines + lines(&text).count();
         let problem = format!(
             "{} points are announced, but there are {done}; the file may have been cut short",
             header.points

@@ -7,6 +7,7 @@
 
 use super::columns::{Color, Gatherer, Roles};
 use super::raw::Raw;
+use super::text;
 use crate::io::error::Fault;
 use header::{Element, Encoding, Header, Kind};
 use values::{AsciiValues, BinaryValues, Values};
@@ -15,6 +16,15 @@ mod header;
 mod values;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
+    match bytes {
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => parse_plain(text::decode(bytes).as_bytes()),
+        [0xef, 0xbb, 0xbf, rest @ ..] => parse_plain(rest),
+        _ => parse_plain(bytes),
+    }
+}
+
+/// The same, without a mark of the byte order.
+fn parse_plain(bytes: &[u8]) -> Result<Raw, Fault> {
     let header = Header::parse(bytes)?;
     match header.encoding {
         Encoding::Ascii => body(&header, AsciiValues::new(&bytes[header.length..], header.lines)),

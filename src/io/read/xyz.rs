@@ -335,10 +335,11 @@ impl Head {
         for (line_number, line) in lines(piece) {
             part.lines = line_number;
             if !(self.dialect == Dialect::Point && self.plain_row(line.as_bytes(), &mut values)) {
-                let line = trimmed(line);
-                if line.is_empty() || is_comment(line) {
+                if trimmed(line).is_empty() || is_comment(trimmed(line)) {
                     continue;
                 }
+                // A tab at the start may part an empty column from the next.
+                let line = if self.tabs { line } else { trimmed(line) };
                 part.words.extend(self.row(line, line_number, &mut values)?);
             }
             if let ([count], Some(_)) = (&values[..], self.announced)

@@ -35,7 +35,7 @@ impl Bytes<'_> {
             .and_then(|end| self.0.get(at..end))
             .and_then(|bytes| bytes.try_into().ok())
             .ok_or_else(|| {
-                Fault::at_byte(self.0.len(), "the file ends in the middle of its header; it was cut short")
+                Fault::at_byte(self.0.len(), "the file ends here, but more is announced; it was cut short")
             })
     }
 
