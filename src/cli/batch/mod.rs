@@ -51,6 +51,9 @@ const HIDDEN_FOLDER: &str = ".superform";
 const FIRST_FAILURE: usize = 11;
 const MOST_FAILURES: usize = 100;
 
+/// Most failed jobs that are listed at the end; the tables have all.
+const MOST_LISTED: usize = 20;
+
 /// One job: what is abstracted, how, and under which name.
 #[derive(Debug, Clone, PartialEq)]
 struct Job {
@@ -75,8 +78,8 @@ pub struct BatchJob {
     table: String,
     /// Jobs side by side.
     workers: usize,
-    /// Threads that each of them computes with.
-    threads: usize,
+    /// Threads that they share.
+    cores: usize,
     /// Do again what is finished.
     force: bool,
     quiet: bool,
@@ -108,8 +111,11 @@ impl Tally {
 
     /// Says which jobs failed, and gives the exit status that tells how many.
     fn exit(&self) -> ExitCode {
-        for (name, problem) in &self.failed {
+        for (name, problem) in self.failed.iter().take(MOST_LISTED) {
             say(&format!("{name}: {problem}"));
+        }
+        if self.failed.len() > MOST_LISTED {
+            say(&format!("and {} more; the table has all of them", self.failed.len() - MOST_LISTED));
         }
         match self.failed.len() {
             0 => ExitCode::SUCCESS,
@@ -190,12 +196,13 @@ impl BatchJob {
         }
 
         let workers = self.workers.clamp(1, open.len().max(1));
+        let threads = (self.cores / workers).max(1);
         let mut progress = Progress::new(rows.len(), before, workers, self.quiet);
         let lines: Vec<Line> = (0..workers).map(|worker| progress.line(worker)).collect();
         let mut failed = 0;
         run_all(
             open.len(),
-            (workers, self.threads),
+            (workers, threads),
             cancel,
             |worker, at| {
                 let line = &lines[worker];
