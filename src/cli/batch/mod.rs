@@ -27,7 +27,7 @@ use anyhow::{Context, bail};
 
 use self::desk::{Desk, finished};
 use self::progress::{Line, Progress};
-use self::rows::{Row, Status, Tables};
+use self::rows::{Place, Row, Status, Tables};
 use self::runner::{End, run_all};
 use super::headless::primitives;
 use super::interrupt::{INTERRUPTED, cancel_on_interrupt};
@@ -172,11 +172,10 @@ impl BatchJob {
         if self.output.exists() && !self.output.is_dir() {
             bail!("{} is not a folder; name another one for the results", self.output.display());
         }
-        let wait = || say(&format!("waiting for another run that writes {} there", self.table));
         if self.jobs.is_empty() && !self.quiet {
             say(&format!("there is nothing to do for this part of the list, which has {} jobs", self.listed));
         }
-        let Some(desk) = Desk::take(&self.output, &self.table, cancel, wait)? else { return Ok(None) };
+        let Some(desk) = Desk::take(&self.output, &self.table, cancel)? else { return Ok(None) };
 
         let mut inputs = fingerprint::Inputs::default();
         let mut rows: Vec<Option<Row>> = Vec::with_capacity(self.jobs.len());
@@ -188,7 +187,7 @@ impl BatchJob {
         }
         let others = self.others();
         let known: Vec<Row> = rows.iter().flatten().chain(&others).cloned().collect();
-        let mut tables = Tables::start(&self.output, &self.table, &known)?;
+        let mut tables = Tables::start(Place::new(&self.output, &self.table, desk.folder()), &known)?;
         let open: Vec<usize> = (0..rows.len()).filter(|&at| rows[at].is_none()).collect();
         let before = rows.len() - open.len();
         if before > 0 && !self.quiet {

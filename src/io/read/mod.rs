@@ -16,6 +16,7 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::{ReadError, Shape};
+pub(crate) use gltf::percent_decoded;
 pub use results::{holds_primitives, shape_of};
 
 /// Largest file that is read, in bytes.
