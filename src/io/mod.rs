@@ -14,6 +14,7 @@ use crate::geometry::outside::FilledOutside;
 use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, sample_cloud, sample_mesh};
 
 pub use error::{Place, ReadError, WriteError};
+pub(crate) use read::percent_decoded;
 pub use read::primitives::{StoredPrimitives, parse_primitives, read_primitives, read_primitives_of};
 #[doc(hidden)]
 pub use read::read_bytes_as;

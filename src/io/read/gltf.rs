@@ -17,6 +17,7 @@ use super::raw::Raw;
 use super::text::{counted, decode};
 use crate::io::error::Fault;
 use accessors::Data;
+pub(crate) use buffers::percent_decoded;
 use schema::{Node, Primitive, Root};
 
 mod accessors;

@@ -23,6 +23,7 @@ use std::path::{Path, PathBuf};
 use super::{ReadError, Shape};
 use detect::Format;
 
+pub(crate) use gltf::percent_decoded;
 pub use results::{holds_primitives, shape_of};
 
 /// Largest file that is read, in bytes.

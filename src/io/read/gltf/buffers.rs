@@ -105,7 +105,7 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// `a%20b` becomes `a b`.
-fn percent_decoded(uri: &str) -> String {
+pub(crate) fn percent_decoded(uri: &str) -> String {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let [first, tail @ ..] = rest {
