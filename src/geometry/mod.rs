@@ -4,8 +4,10 @@
 pub mod cloud;
 mod elimination;
 mod frame;
+pub mod hull;
 mod isolated;
 pub mod kernel;
+pub mod mass;
 pub mod mesh;
 pub mod metrics;
 mod morton;
@@ -13,10 +15,12 @@ pub mod neighbors;
 pub mod outside;
 pub mod palette;
 pub mod sampling;
+pub mod segmentation;
 pub mod superquadric;
 pub mod tessellate;
 
 pub use cloud::{NO_SAMPLE, SampleCloud, SampledPart};
+pub use mass::MassProperties;
 pub use mesh::TriMesh;
 #[cfg(feature = "window")]
 pub(crate) use morton::short_code;

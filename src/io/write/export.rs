@@ -6,7 +6,7 @@ use super::Outcome;
 use super::atomic::Together;
 use super::cloud::{Order, SegmentedCloud};
 use super::formats::{ExportOptions, Format, Kind};
-use super::params::PrimitiveSet;
+use super::params::{PrimitiveSet, primitives_text};
 use crate::io::{ShapeGeometry, WriteError};
 
 /// What was written.
@@ -107,8 +107,9 @@ pub fn estimated_size(format: Format, options: &ExportOptions, outcome: &Outcome
         Format::CloudXyz => points * row(&Order::LABEL_LAST) + 60,
         // Coordinates hardly shrink, labels and colours to a small part.
         Format::CloudNpz => points * (23 + normals * 11 + labels + colors) + 1500,
-        Format::PrimitivesJson => 900 + 600 * primitives,
-        Format::PrimitivesCsv => 250 + 250 * primitives,
+        Format::PrimitivesJson | Format::PrimitivesCsv => {
+            primitives_text(format, &PrimitiveSet::from(outcome)).map_or(0, |text| text.len() as u64)
+        }
         Format::PrimitivesNpz => 2500 + 23 * samples + 200 * primitives,
         _ => 0,
     }
