@@ -44,7 +44,7 @@ pub struct Sheet {
 
 impl Sheet {
     /// An empty sheet for so many pictures of `cell` pixels; `columns` of them
-    /// side by side, or as many as make it a third wider than high.
+    /// side by side, or as many as give it its usual form.
     ///
     /// # Errors
     /// [`SheetError`] where it would be empty or too large.

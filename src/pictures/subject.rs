@@ -155,11 +155,14 @@ impl Subject {
     /// How the window shows it: as it was left, for a session. Points that stand
     /// for the shape all alone are larger.
     pub fn view(&self) -> View {
-        let usual = View::default();
-        let is_lone_cloud =
-            self.state.is_none() && matches!(self.loaded.shape.geometry, ShapeGeometry::Cloud(_));
-        let point_size = if is_lone_cloud { LONE_POINT } else { usual.point_size };
-        self.saved.map_or(View { point_size, ..usual }, |(view, _)| view)
+        if let Some((view, _)) = self.saved {
+            return view;
+        }
+        let mut view = View::default();
+        if self.state.is_none() && matches!(self.loaded.shape.geometry, ShapeGeometry::Cloud(_)) {
+            view.point_size = LONE_POINT;
+        }
+        view
     }
 
     /// Where the camera was left, where the file tells.
