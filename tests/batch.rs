@@ -96,6 +96,13 @@ fn a_bad_file_stops_nobody_else_and_the_exit_status_counts() {
     assert_eq!(column(&rows, "status"), ["ok", "failed", "failed", "ok"]);
     assert!(rows[1]["message"].contains("line 2") && rows[1]["primitives"].is_empty());
     assert!(!folder.join("out/bad").exists());
+    // A file where a folder would have to be.
+    fs::create_dir(folder.join("other")).unwrap();
+    fs::write(folder.join("other/a"), "mine").unwrap();
+    let output = superform(folder, &[&["run", "shapes/[ac].xyz", "-o", "other"], &QUICK[..]].concat());
+    assert_eq!(output.status.code(), Some(11));
+    assert!(text(&output.stderr).contains("other/a is in the way"), "{}", text(&output.stderr));
+    assert_eq!(fs::read_to_string(folder.join("other/a")).unwrap(), "mine");
 
     // Once it is mended, only what failed is run.
     write_box(&folder.join("gone.ply.xyz"), 9);
