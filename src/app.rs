@@ -58,6 +58,15 @@ pub enum RunError {
     NoPicture(String),
 }
 
+/// The icon of the window, where the system doesn't take that of the menu entry.
+fn icon() -> egui::IconData {
+    const ICON: &[u8] = include_bytes!("../assets/icon.png");
+    eframe::icon_data::from_png_bytes(ICON).unwrap_or_else(|error| {
+        tracing::warn!("the window has no icon: {error}");
+        egui::IconData::default()
+    })
+}
+
 /// Opens the window and returns when it is closed.
 ///
 /// # Errors
@@ -70,6 +79,7 @@ pub fn run(options: Options, journal: Option<Journal>) -> Result<(), RunError> {
         viewport: egui::ViewportBuilder::default()
             .with_title("Superform")
             .with_app_id("superform")
+            .with_icon(icon())
             .with_inner_size(SIZE)
             .with_min_inner_size(MIN_SIZE)
             .with_drag_and_drop(true),

@@ -284,6 +284,8 @@ fn what_makes_no_sense_is_refused_before_anything_runs() {
     assert!(text(&output.stderr).contains("there are no results in shapes"));
 }
 
+/// Elsewhere files can't have such names in the first place.
+#[cfg(unix)]
 #[test]
 fn names_are_told_apart_and_safe() {
     let temporary = tempfile::tempdir().unwrap();
@@ -344,4 +346,35 @@ fn a_batch_that_is_stopped_keeps_what_is_done() {
         assert_eq!(job_folders(&folder.join("out")).len(), 1);
         assert!(!folder.join("out/.superform").exists());
     }
+}
+
+/// `nohup` and its like: a closed terminal is no reason to stop.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_batch_that_is_to_outlive_its_terminal_does() {
+    use std::io::{BufRead as _, BufReader};
+    use std::process::{Command, Stdio};
+
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    boxes(folder);
+    let start = |ignore: &str| {
+        let line =
+            format!("{ignore} exec \"$0\" run shapes -o out --jobs 1 --force --points 2000 --iterations 15");
+        let mut child = Command::new("sh")
+            .args(["-c", &line, env!("CARGO_BIN_EXE_superform")])
+            .current_dir(folder)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut said = BufReader::new(child.stderr.take().unwrap()).lines();
+        assert!(said.next().unwrap().unwrap().contains("[1/3] a: "));
+        assert!(Command::new("kill").args(["-HUP", &child.id().to_string()]).status().unwrap().success());
+        let rest: Vec<String> = said.map(Result::unwrap).collect();
+        (child.wait().unwrap().code(), rest)
+    };
+    assert_eq!(start("trap '' HUP;").0, Some(0));
+    let (code, said) = start("");
+    assert!(code == Some(130) && said.concat().contains("stopped: 3 jobs"), "{code:?} {said:?}");
 }

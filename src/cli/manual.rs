@@ -42,10 +42,15 @@ impl ManualJob {
                 clap_complete::generate(*shell, &mut Cli::command(), "superform", &mut text);
                 Ok(text)
             }
-            Self::Pages(None) => Ok(page(&clap_mangen::Man::new(Cli::command()))?),
+            Self::Pages(None) => Ok(page(&clap_mangen::Man::new(described()))?),
             Self::Pages(Some(folder)) => write_pages(folder),
         }
     }
+}
+
+/// The command line without `help`, which is said in every page.
+fn described() -> clap::Command {
+    Cli::command().disable_help_subcommand(true)
 }
 
 fn page(man: &clap_mangen::Man) -> std::io::Result<Vec<u8>> {
@@ -57,7 +62,7 @@ fn page(man: &clap_mangen::Man) -> std::io::Result<Vec<u8>> {
 /// Writes a page a command; returns the list of what was written.
 fn write_pages(folder: &Path) -> anyhow::Result<Vec<u8>> {
     std::fs::create_dir_all(folder).with_context(|| format!("can't make the folder {}", folder.display()))?;
-    let mut program = Cli::command().disable_help_subcommand(true);
+    let mut program = described();
     program.build();
     let commands: Vec<clap::Command> =
         program.get_subcommands().filter(|command| !command.is_hide_set()).cloned().collect();
