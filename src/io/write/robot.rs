@@ -139,7 +139,7 @@ impl Robot {
             let hull = match hull {
                 Some(faces) => Surface { faces, ..coarse },
                 // So thin that it has no inside in double precision.
-                None => closed(coarse),
+                None => closed(&local, COLLISION),
             };
             let larger = volume(&hull) / properties.volume - 1.0;
             let exact = Exact::of(&shape).filter(|_| options.exact_shapes);
@@ -151,7 +151,7 @@ impl Robot {
                 properties,
                 density: options.density,
                 exact,
-                visual: single(closed(tessellate(&local, Resolution { profile: fine, section: fine }))),
+                visual: single(closed(&local, Resolution { profile: fine, section: fine })),
                 collision: single(hull),
                 excess: (larger > HULL).then_some(larger),
             })
