@@ -124,7 +124,7 @@ enum Command {
 
 #[derive(Debug, Args)]
 struct OpenArgs {
-    /// Mesh or point cloud to open: OBJ, PLY, STL, OFF, glTF, GLB or XYZ text
+    /// Mesh or point cloud to open: OBJ, PLY, STL, OFF, glTF, GLB, PCD, LAS, LAZ, NPY, NPZ or XYZ text
     file: Option<PathBuf>,
     #[command(flatten)]
     settings: SettingsArgs,
@@ -143,7 +143,8 @@ struct OpenArgs {
 struct EvaluateArgs {
     /// primitives.json of a run, or the folder that holds it
     result: PathBuf,
-    /// Mesh or point cloud to measure against: OBJ, PLY, STL, OFF, glTF, GLB or XYZ text
+    /// Mesh or point cloud to measure against: OBJ, PLY, STL, OFF, glTF, GLB, PCD, LAS, LAZ, NPY,
+    /// NPZ or XYZ text
     #[arg(long, value_name = "FILE")]
     reference: PathBuf,
     /// Write JSON instead of a table

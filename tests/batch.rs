@@ -358,9 +358,9 @@ fn a_batch_that_is_to_outlive_its_terminal_does() {
     let temporary = tempfile::tempdir().unwrap();
     let folder = temporary.path();
     boxes(folder);
-    let start = |ignore: &str| {
+    let start = |ignore: &str, iterations: u32| {
         let line =
-            format!("{ignore} exec \"$0\" run shapes -o out --jobs 1 --force --points 2000 --iterations 15");
+            format!("{ignore} exec \"$0\" run shapes -o out --jobs 1 --force --iterations {iterations}");
         let mut child = Command::new("sh")
             .args(["-c", &line, env!("CARGO_BIN_EXE_superform")])
             .current_dir(folder)
@@ -374,7 +374,7 @@ fn a_batch_that_is_to_outlive_its_terminal_does() {
         let rest: Vec<String> = said.map(Result::unwrap).collect();
         (child.wait().unwrap().code(), rest)
     };
-    assert_eq!(start("trap '' HUP;").0, Some(0));
-    let (code, said) = start("");
+    assert_eq!(start("trap '' HUP;", 5).0, Some(0));
+    let (code, said) = start("", 300);
     assert!(code == Some(130) && said.concat().contains("stopped: 3 jobs"), "{code:?} {said:?}");
 }
