@@ -12,7 +12,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use serde::{Deserialize, Serialize};
 
 use super::fingerprint::pieces;
@@ -175,6 +175,12 @@ impl Desk {
         row: &Row,
     ) -> anyhow::Result<()> {
         let target = self.output.join(&row.name);
+        if target.exists() && !target.is_dir() {
+            bail!(
+                "the file {} is in the way of the results; move it, or choose another folder",
+                target.display()
+            );
+        }
         let record = Record {
             format: FORMAT.to_owned(),
             version: VERSION,
