@@ -166,7 +166,8 @@ mod drawn {
         let folder = temporary.path();
         result(folder, "out", "1");
         let take = |options: &[&str]| {
-            render(folder, &[&["out", "-o", "p.png", "--size", "160x120"][..], options].concat());
+            let size = if options.contains(&"error") { "400x300" } else { "160x120" };
+            render(folder, &[&["out", "-o", "p.png", "--size", size][..], options].concat());
             picture(&folder.join("p.png"))
         };
         let full = take(&[]);
@@ -182,7 +183,7 @@ mod drawn {
         assert!(clear.pixels().filter(|p| p[3] > 200).count() > 500);
         assert!(take(&["--point-size", "12"]) != full && take(&["--up", "z"]) != full);
         // Numbers come with a legend, in the corner.
-        let errors = take(&["--color-by", "error", "--size", "400x300", "--hide", "grid"]);
+        let errors = take(&["--color-by", "error", "--hide", "grid"]);
         let legend = errors.enumerate_pixels().filter(|(x, y, _)| *x < 160 && *y > 250);
         let colors: Vec<_> = legend.map(|(.., p)| p).collect();
         assert!(colors.iter().any(|p| p[0] > 200 && p[2] < 80), "the yellow end of the bar");

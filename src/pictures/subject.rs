@@ -118,7 +118,11 @@ impl Subject {
 
     fn of_result(stored: &StoredPrimitives) -> Result<Self, SubjectError> {
         let shape = io::shape_of(stored)?;
-        let mut notes = [&stored.notes[..], &shape.notes].concat();
+        let mut notes = stored.notes.clone();
+        // What was mended in the input was told when the result was made.
+        if shape.path.is_none() {
+            notes.extend(shape.notes.iter().cloned());
+        }
         if is_made_of_surfaces(&shape, stored) {
             // Points on the primitives would look like an input that fits.
             let nothing = Shape { geometry: ShapeGeometry::Mesh(TriMesh::default()), ..shape };
