@@ -184,7 +184,7 @@ mod drawn {
         assert!(take(&["--point-size", "12"]) != full && take(&["--up", "z"]) != full);
         // Numbers come with a legend, in the corner.
         let errors = take(&["--color-by", "error", "--hide", "grid"]);
-        let legend = errors.enumerate_pixels().filter(|(x, y, _)| *x < 160 && *y > 250);
+        let legend = errors.enumerate_pixels().filter(|(x, y, _)| *x < 170 && *y > 232);
         let colors: Vec<_> = legend.map(|(.., p)| p).collect();
         assert!(colors.iter().any(|p| p[0] > 200 && p[2] < 80), "the yellow end of the bar");
         assert!(colors.iter().filter(|p| p[0] > 180 && p[2] > 180).count() > 20, "its text");
