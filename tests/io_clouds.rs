@@ -393,6 +393,15 @@ fn tables_name_their_columns() {
         "//X Y Z R G B Scalar_Label\n3\n0 0 0 255 0 9 1.000000\n1 1 1 1 2 3 2.000000\n2 2 2 0 0 0 1.0\n",
     );
     assert_eq!((cc.colors.unwrap()[1], cc.labels), ([1, 2, 3], Some(vec![1, 2, 1])));
+    // As surveyors, Fortran and Python write them.
+    let text = "Point ID,East,North,Height\n7,1,2,3\n8,4,5,6\n";
+    assert_eq!(cloud_of("a.csv", text).0, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+    for text in ["1D0 2.0D+00 3\n", "[1, 2, 3]\n", "(1 2 3)\n", "1|2|3\n", "1 2 3 # a comment\n"] {
+        let (points, shape) = cloud_of("a.txt", text);
+        assert_eq!((points, shape.notes.len()), (vec![[1.0, 2.0, 3.0]], 0), "{text}");
+    }
+    let notes = cloud_of("a.csv", "lat,lon,alt\n1,2,3\n4,5,6\n").1.notes;
+    assert_eq!(notes, ["no columns are named x, y and z: the first three were taken"]);
     // Words are numbered, and that is said.
     let shape = cloud_of("a.csv", "x,y,z,class\n0,0,0,wall\n1,1,1,roof\n2,2,2,wall\n").1;
     assert_eq!(shape.attributes.labels, Some(vec![0, 1, 0]));
