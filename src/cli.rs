@@ -6,6 +6,7 @@
 //! superform run --manifest FILE -o DIR [--shard I/N] [settings]
 //! superform merge-results DIR
 //! superform evaluate RESULT --reference FILE [--json]
+//! superform export RESULT -o FILE… | --list
 //! superform bench SHAPES… [--methods a,b,…] [--seeds 1..3] [-o DIR]
 //! superform bench --scaling [SHAPE]
 //! superform completions SHELL
@@ -16,6 +17,7 @@ mod batch;
 mod bench;
 mod display;
 mod evaluate;
+mod export;
 mod headless;
 mod interrupt;
 mod job;
@@ -43,6 +45,7 @@ pub use batch::{BatchJob, MergeJob};
 pub use bench::{BenchJob, ScalingJob};
 pub use display::why_no_display;
 pub use evaluate::EvaluateJob;
+pub use export::{ExportJob, WriteJob};
 pub use headless::HeadlessJob;
 pub use journal::{Journal, JournalLayer, Record};
 pub use manual::ManualJob;
@@ -92,6 +95,11 @@ enum Command {
     ///
     /// Lengths are in units of the longest edge of the reference's bounding box.
     Evaluate(EvaluateArgs),
+    /// Write a result in other formats: clouds, meshes, primitives, robot models
+    ///
+    /// RESULT is what `run` has left, or a file of primitives from elsewhere. With
+    /// --list it prints the formats and what each is for.
+    Export(export::ExportArgs),
     /// Measure methods on many shapes: a table of shape × method
     ///
     /// Each run works on one core, several of them side by side. A mesh is
@@ -116,7 +124,7 @@ enum Command {
 
 #[derive(Debug, Args)]
 struct OpenArgs {
-    /// Mesh or point cloud to open: OBJ, PLY, STL, OFF, glTF, GLB or XYZ text
+    /// Mesh or point cloud to open: OBJ, PLY, STL, OFF, glTF, GLB, PCD, LAS, LAZ, NPY, NPZ or XYZ text
     file: Option<PathBuf>,
     #[command(flatten)]
     settings: SettingsArgs,
@@ -135,7 +143,8 @@ struct OpenArgs {
 struct EvaluateArgs {
     /// primitives.json of a run, or the folder that holds it
     result: PathBuf,
-    /// Mesh or point cloud to measure against: OBJ, PLY, STL, OFF, glTF, GLB or XYZ text
+    /// Mesh or point cloud to measure against: OBJ, PLY, STL, OFF, glTF, GLB, PCD, LAS, LAZ, NPY,
+    /// NPZ or XYZ text
     #[arg(long, value_name = "FILE")]
     reference: PathBuf,
     /// Write JSON instead of a table
@@ -171,6 +180,7 @@ pub enum Request {
     Batch(BatchJob),
     Merge(MergeJob),
     Evaluate(EvaluateJob),
+    Export(ExportJob),
     Bench(BenchJob),
     Scaling(ScalingJob),
     Manual(ManualJob),
@@ -217,6 +227,7 @@ impl Cli {
                 let options = measure.resolve(seed)?;
                 return Ok(Request::Evaluate(EvaluateJob { result, reference, json, options }));
             }
+            Some(Command::Export(export)) => return export.resolve(),
             Some(Command::Bench(bench)) => return bench.resolve(),
             None => {}
         }

@@ -12,6 +12,7 @@ fn main() -> ExitCode {
         Ok(Request::Merge(job)) => job.run(),
         Ok(Request::Manual(job)) => job.run(),
         Ok(Request::Evaluate(job)) => job.run(),
+        Ok(Request::Export(job)) => job.run(),
         Ok(Request::Bench(job)) => job.run(),
         Ok(Request::Scaling(job)) => job.run(),
         Ok(Request::Window(request)) => match cli::why_no_display() {

@@ -96,6 +96,13 @@ fn a_bad_file_stops_nobody_else_and_the_exit_status_counts() {
     assert_eq!(column(&rows, "status"), ["ok", "failed", "failed", "ok"]);
     assert!(rows[1]["message"].contains("line 2") && rows[1]["primitives"].is_empty());
     assert!(!folder.join("out/bad").exists());
+    // A file where a folder would have to be.
+    fs::create_dir(folder.join("other")).unwrap();
+    fs::write(folder.join("other/a"), "mine").unwrap();
+    let output = superform(folder, &[&["run", "shapes/[ac].xyz", "-o", "other"], &QUICK[..]].concat());
+    assert_eq!(output.status.code(), Some(11));
+    assert!(text(&output.stderr).contains("other/a is in the way"), "{}", text(&output.stderr));
+    assert_eq!(fs::read_to_string(folder.join("other/a")).unwrap(), "mine");
 
     // Once it is mended, only what failed is run.
     write_box(&folder.join("gone.ply.xyz"), 9);
@@ -284,6 +291,8 @@ fn what_makes_no_sense_is_refused_before_anything_runs() {
     assert!(text(&output.stderr).contains("there are no results in shapes"));
 }
 
+/// Elsewhere files can't have such names in the first place.
+#[cfg(unix)]
 #[test]
 fn names_are_told_apart_and_safe() {
     let temporary = tempfile::tempdir().unwrap();
@@ -344,4 +353,35 @@ fn a_batch_that_is_stopped_keeps_what_is_done() {
         assert_eq!(job_folders(&folder.join("out")).len(), 1);
         assert!(!folder.join("out/.superform").exists());
     }
+}
+
+/// `nohup` and its like: a closed terminal is no reason to stop.
+#[cfg(target_os = "linux")]
+#[test]
+fn a_batch_that_is_to_outlive_its_terminal_does() {
+    use std::io::{BufRead as _, BufReader};
+    use std::process::{Command, Stdio};
+
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    boxes(folder);
+    let start = |ignore: &str, iterations: u32| {
+        let line =
+            format!("{ignore} exec \"$0\" run shapes -o out --jobs 1 --force --iterations {iterations}");
+        let mut child = Command::new("sh")
+            .args(["-c", &line, env!("CARGO_BIN_EXE_superform")])
+            .current_dir(folder)
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped())
+            .spawn()
+            .unwrap();
+        let mut said = BufReader::new(child.stderr.take().unwrap()).lines();
+        assert!(said.next().unwrap().unwrap().contains("[1/3] a: "));
+        assert!(Command::new("kill").args(["-HUP", &child.id().to_string()]).status().unwrap().success());
+        let rest: Vec<String> = said.map(Result::unwrap).collect();
+        (child.wait().unwrap().code(), rest)
+    };
+    assert_eq!(start("trap '' HUP;", 5).0, Some(0));
+    let (code, said) = start("", 300);
+    assert!(code == Some(130) && said.concat().contains("stopped: 3 jobs"), "{code:?} {said:?}");
 }

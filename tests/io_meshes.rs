@@ -342,6 +342,23 @@ fn gltf_points_keep_their_colors() {
 }
 
 #[test]
+fn gltf_surfaces_keep_colors_and_normals() {
+    // Both are the positions, which are 0 and 1 (or far beyond).
+    let meshes = TRIANGLES.replace("\"POSITION\": 0", "\"POSITION\": 0, \"NORMAL\": 0, \"COLOR_0\": 0");
+    let shape = read_as("a.gltf", gltf(r#"[{"mesh": 0, "scale": [2, 1, 1]}]"#, &meshes)).unwrap();
+    let io::Attributes { colors, normals, labels } = shape.attributes.clone();
+    let (vertices, _) = mesh(shape);
+    assert_eq!((vertices.len(), colors.unwrap()[2], labels), (4, [255, 255, 0], None));
+    // What is stretched along x turns away from it.
+    let [x, y, z] = normals.unwrap()[2];
+    assert!((x / y - 0.5).abs() < 1e-6 && (x * x + y * y - 1.0).abs() < 1e-6 && z == 0.0);
+    // Colours that can't be made out cost no more than themselves.
+    let broken = meshes.replace("\"COLOR_0\": 0", "\"COLOR_0\": 9");
+    let shape = read_as("a.gltf", gltf(r#"[{"mesh": 0}]"#, &broken)).unwrap();
+    assert!(shape.attributes.colors.is_none() && shape.attributes.normals.is_some());
+}
+
+#[test]
 fn gltf_that_is_broken_is_refused() {
     let good = gltf(r#"[{"mesh": 0}]"#, TRIANGLES);
     for (from, to, words) in [

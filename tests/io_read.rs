@@ -212,8 +212,8 @@ fn ply_that_promises_too_much_is_refused_before_it_costs_memory() {
                 property uchar x\nproperty uchar y\nproperty uchar z\nend_header\nabc";
     assert_eq!(cloud(read_as("a.ply", text).unwrap()).0, [Point3::new(97.0, 98.0, 99.0)]);
     // A list of four billion entries that are not there.
-    let mut file = b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty list uint double x\n\
-                     property uchar y\nproperty uchar z\nend_header\n"
+    let mut file = b"ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty list uint double w\n\
+                     property uchar x\nproperty uchar y\nproperty uchar z\nend_header\n"
         .to_vec();
     file.extend([0xff; 8]);
     assert!(refusal("a.ply", file).contains("cut short"));
@@ -254,7 +254,7 @@ fn xyz_dialects_agree() {
         "1,5 -2,0 0,003\n4,0 5,25 -6,0\n",
         "# a comment\n// another\nx,y,z\n1.5,-2,0.003\n4,5.25,-6\n",
         "\"X\";\"Y\";\"Z\"\n1.5;-2;0.003\n4;5.25;-6\n",
-        "class z y x\nwall 0.003 -2 1.5\nroof -6 5.25 4\n",
+        "name z y x\nwall 0.003 -2 1.5\nroof -6 5.25 4\n",
         "//X Y Z\n1.5 -2 3e-3\n4 5.25 -6\n",
         "2\n1.5 -2 3e-3\n4 5.25 -6\n",
         "\u{feff}1.5 -2 3e-3\n4 5.25 -6\n",
@@ -314,14 +314,36 @@ fn content_goes_before_the_name() {
 
 #[test]
 fn other_formats_are_named() {
-    for (name, content, what) in [
-        ("a.pcd", b"# .PCD v0.7\nVERSION 0.7\nFIELDS x y z\n".as_slice(), "PCD"),
-        ("a.las", b"LASF\0\0", "LAS"),
-        ("a.npy", b"\x93NUMPY\x01\0", "NumPy"),
+    let mut tar = vec![0; 600];
+    tar[257..262].copy_from_slice(b"ustar");
+    for (content, what, advice) in [
+        (b"ASTM-E57\x01\0".as_slice(), "an E57 point cloud", "CloudCompare"),
+        (b"PK\x03\x04 doc.xml", "a ZIP archive", "unpack it"),
+        (b"\x1f\x8b\x08\0", "a gzip archive", "unpack it"),
+        (&tar, "a tar archive", "unpack it"),
+        (b"MM\0\x10\0\0\x02\0\x0a\0", "a 3DS scene", "convert it to OBJ"),
+        (b"ISO-10303-21;\nHEADER;\n", "a STEP model", "CAD"),
+        (b"<?xml version=\"1.0\"?>\n<COLLADA>\n", "a COLLADA scene", "convert it to OBJ"),
+        (b"0\r\nSECTION\r\n2\r\n", "a DXF drawing", "convert it to OBJ"),
+        (b"version https://git-lfs.github.com/spec/v1\noid sha256:0\n", "a Git LFS pointer", "git lfs pull"),
+        (b"<!DOCTYPE html><html>404</html>", "a web page", "download"),
+        (
+            b"2\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n0 0 0 1\n1 2 3 0.5\n",
+            "a PTX scan",
+            "XYZ",
+        ),
+        (b"ncols 4\nnrows 5\nxllcorner 0\n1 2 3 4\n", "a grid of heights", "XYZ"),
+        (b"\x80\x04\x95\x10\0", "a Python pickle", ".npy"),
     ] {
-        let message = refusal(name, content);
-        assert!(message.contains(what) && message.contains("convert it to OBJ, PLY, STL"), "{message}");
+        // Whatever the name says.
+        for name in ["a.xyz", "a.obj", "a.stl", "a"] {
+            let message = refusal(name, content);
+            assert!(message.contains(what) && message.contains(advice), "{message}");
+        }
     }
+    let primitives = "{\"format\": \"superform-primitives\", \"version\": 1}";
+    assert!(matches!(read_as("a.json", primitives), Err(ReadError::Primitives { .. })));
+    assert!(matches!(read_as("a.xyz", b"\x89Superform\n"), Err(ReadError::Session { .. })));
     assert!(refusal("a.doc", "Dear all,\nhello\n").contains("in no format that can be read"));
     assert!(refusal("a.ply", "").contains("empty"));
     assert!(refusal("a.ply", "plywood").contains("line 1"));

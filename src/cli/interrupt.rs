@@ -1,4 +1,4 @@
-//! Ctrl-C: ask for an end, insist at the second time.
+//! Ctrl-C, TERM and HUP: ask for an end, insist at the second time.
 
 use std::io::Write as _;
 use std::process::ExitCode;
@@ -6,12 +6,17 @@ use std::process::ExitCode;
 use super::{fail, say};
 use crate::inference::{Cancel, InferenceError};
 
-/// Exit status of a job that was stopped by Ctrl-C, as shells have it.
+/// Exit status of a job that was stopped, as shells have it for Ctrl-C.
 pub(super) const INTERRUPTED: u8 = 130;
 
-/// A flag that is raised by Ctrl-C. Pressed again, it ends the program.
+/// A flag that is raised by Ctrl-C, by TERM (which clusters send before they
+/// kill), and when the terminal is closed. The second time ends the program.
 pub(super) fn cancel_on_interrupt() -> Cancel {
     let cancel = Cancel::default();
+    if outlives_its_terminal() {
+        // All three signals have one handler, which would undo what was asked for.
+        return cancel;
+    }
     let asked = cancel.clone();
     let handler = ctrlc::set_handler(move || {
         if asked.is_requested() {
@@ -23,6 +28,18 @@ pub(super) fn cancel_on_interrupt() -> Cancel {
         tracing::warn!("Ctrl-C will end the program at once: {e}");
     }
     cancel
+}
+
+/// Whether the program is to go on when its terminal is closed, as `nohup` asks
+/// for: HUP is ignored.
+fn outlives_its_terminal() -> bool {
+    // Only there on Linux.
+    let ignored = std::fs::read_to_string("/proc/self/status").ok().and_then(|text| {
+        let mask = text.lines().find_map(|line| line.strip_prefix("SigIgn:"))?;
+        u64::from_str_radix(mask.trim(), 16).ok()
+    });
+    // HUP is signal 1, the lowest bit.
+    ignored.is_some_and(|mask| mask & 1 == 1)
 }
 
 /// Does a job that writes nothing unless it comes to its end: the text that it

@@ -12,8 +12,8 @@ use crate::worker::Source;
 
 #[derive(Debug, Args)]
 pub(super) struct RunArgs {
-    /// Meshes and point clouds to read (OBJ, PLY, STL, OFF, glTF, GLB or XYZ text), folders of them,
-    /// or patterns like 'shapes/*.obj'
+    /// Meshes and point clouds to read (OBJ, PLY, STL, OFF, glTF, GLB, PCD, LAS, LAZ, NPY, NPZ or
+    /// XYZ text), folders of them, or patterns like 'shapes/*.obj'
     #[arg(value_name = "INPUT", required_unless_present = "manifest")]
     inputs: Vec<PathBuf>,
     /// Folder for the results; made if it isn't there

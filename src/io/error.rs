@@ -5,6 +5,10 @@ use std::path::PathBuf;
 
 use super::Format;
 
+/// The formats that can be read, for messages.
+pub(super) const FORMATS: &str =
+    "OBJ, PLY, STL, OFF, glTF, GLB, PCD, LAS, LAZ, NPY, NPZ and XYZ text (.xyz, .txt, .csv, .pts)";
+
 /// Where in a file something was found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Place {
@@ -34,11 +38,13 @@ pub enum ReadError {
     TooLarge { path: PathBuf, bytes: u64, limit: u64 },
     #[error("{path} is empty; it may not have been written to the end", path = path.display())]
     Empty { path: PathBuf },
-    #[error("{path} is {what}, which can't be read; convert it to OBJ, PLY, STL, OFF, glTF or XYZ text (.xyz, .txt, .csv, .pts)", path = path.display())]
-    Unsupported { path: PathBuf, what: &'static str },
+    #[error("{path} is {what}, which can't be read; {advice}", path = path.display())]
+    Unsupported { path: PathBuf, what: &'static str, advice: &'static str },
     #[error("{path} is a session of Superform, not a shape; open it in the window and export what you need", path = path.display())]
     Session { path: PathBuf },
-    #[error("{path} is in no format that can be read; those are OBJ, PLY, STL, OFF, glTF, GLB and XYZ text (.xyz, .txt, .csv, .pts)", path = path.display())]
+    #[error("{path} holds primitives of Superform, not a shape; load it as primitives, or open the shape that they were made from", path = path.display())]
+    Primitives { path: PathBuf },
+    #[error("{path} is in no format that can be read; those are {formats}", path = path.display(), formats = FORMATS)]
     Unknown { path: PathBuf },
     #[error("{path}{at}: {problem}", path = path.display(), at = place.map(|p| format!(", {p}")).unwrap_or_default())]
     Malformed { path: PathBuf, place: Option<Place>, problem: String },

@@ -14,10 +14,13 @@ use crate::geometry::outside::FilledOutside;
 use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, sample_cloud, sample_mesh};
 
 pub use error::{Place, ReadError, WriteError};
+pub(crate) use read::percent_decoded;
 pub use read::primitives::{StoredPrimitives, parse_primitives, read_primitives, read_primitives_of};
+#[doc(hidden)]
+pub use read::read_bytes_as;
 pub use read::{
     SESSION_ENDING, SHAPE_ENDINGS, built_in, has_session_ending, has_shape_ending, holds_primitives, read,
-    shape_of,
+    read_bytes, shape_of,
 };
 pub use write::{
     AnimationFormat, AnimationWriter, Choice, ExportOptions, Exported, Format, Kind, LARGEST_GIF, Outcome,

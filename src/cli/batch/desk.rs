@@ -12,12 +12,13 @@ use std::io;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use anyhow::Context;
+use anyhow::{Context, bail};
 use serde::{Deserialize, Serialize};
 
 use super::fingerprint::pieces;
 use super::rows::Row;
 use super::{HIDDEN_FOLDER, RECORD_FILE};
+use crate::cli::say;
 use crate::inference::Cancel;
 use crate::io as files;
 
@@ -93,9 +94,15 @@ pub(super) struct Desk {
 
 impl Desk {
     /// Takes the desk of a table and clears away what batches that were killed
-    /// have left behind. If another process works at it, calls `wait` once and
-    /// waits; `None` if that was cancelled.
-    pub(super) fn take(
+    /// have left behind. If another process works at it, says so and waits;
+    /// `None` if that was cancelled.
+    pub(super) fn take(output: &Path, table: &str, cancel: &Cancel) -> anyhow::Result<Option<Self>> {
+        let wait =
+            || say(&format!("waiting for another run that writes {table}.csv in {}", output.display()));
+        Self::take_or_wait(output, table, cancel, wait)
+    }
+
+    fn take_or_wait(
         output: &Path,
         table: &str,
         cancel: &Cancel,
@@ -125,7 +132,12 @@ impl Desk {
                 return Ok(None);
             }
         };
-        let desk = Self { output: output.to_owned(), folder: hidden.join(table), lock, held };
+        let folder = match held {
+            Some(_) => hidden.join(table),
+            // Then nobody can tell whether another works there.
+            None => hidden.join(format!("{table}.{}", std::process::id())),
+        };
+        let desk = Self { output: output.to_owned(), folder, lock, held };
         desk.clear().with_context(about)?;
         fs::create_dir_all(&desk.folder).with_context(about)?;
         sweep_up(&hidden, &desk.lock);
@@ -138,6 +150,11 @@ impl Desk {
             Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
             _ => Ok(()),
         }
+    }
+
+    /// Where files are made, on the same file system as their places.
+    pub(super) fn folder(&self) -> &Path {
+        &self.folder
     }
 
     /// An empty folder to make a job's files in.
@@ -158,6 +175,12 @@ impl Desk {
         row: &Row,
     ) -> anyhow::Result<()> {
         let target = self.output.join(&row.name);
+        if target.exists() && !target.is_dir() {
+            bail!(
+                "the file {} is in the way of the results; move it, or choose another folder",
+                target.display()
+            );
+        }
         let record = Record {
             format: FORMAT.to_owned(),
             version: VERSION,
@@ -304,7 +327,9 @@ mod tests {
     use super::*;
 
     fn desk(output: &Path, table: &str) -> Desk {
-        Desk::take(output, table, &Cancel::default(), || panic!("somebody sits there")).unwrap().unwrap()
+        Desk::take_or_wait(output, table, &Cancel::default(), || panic!("somebody sits there"))
+            .unwrap()
+            .unwrap()
     }
 
     /// Publishes a job that consists of some files.
@@ -387,11 +412,12 @@ mod tests {
         let first = desk(output.path(), "results");
         let cancel = Cancel::default();
         let stop = cancel.clone();
-        let second = Desk::take(output.path(), "results", &cancel, move || stop.request()).unwrap();
+        let second = Desk::take_or_wait(output.path(), "results", &cancel, move || stop.request()).unwrap();
         assert!(second.is_none());
         // The first ends as soon as the second has begun to wait.
         let mut first = Some(first);
-        let second = Desk::take(output.path(), "results", &Cancel::default(), || first = None).unwrap();
+        let second =
+            Desk::take_or_wait(output.path(), "results", &Cancel::default(), || first = None).unwrap();
         assert!(second.is_some());
     }
 }

@@ -9,6 +9,7 @@ use serde_json::Value;
 
 use crate::geometry::SamplingOptions;
 use crate::inference::Params;
+use crate::io::percent_decoded;
 
 /// Largest glTF text whose buffers are looked for.
 const LARGEST_SCENE: u64 = 256 << 20;
@@ -108,7 +109,7 @@ fn buffers(scene: &[u8]) -> Vec<String> {
     buffers
         .filter_map(|buffer| buffer["uri"].as_str())
         .filter(|uri| !uri.starts_with("data:"))
-        .map(|uri| uri.replace("%20", " "))
+        .map(percent_decoded)
         .collect()
 }
 
@@ -146,11 +147,11 @@ mod tests {
         assert_ne!(of("a.xyz"), of("b.xyz"));
         assert!(content(&place("gone.xyz")).is_err());
         // The buffers of a scene belong to it.
-        write("scene.gltf", "{\"buffers\": [{\"uri\": \"my%20data.bin\"}, {\"uri\": \"data:,\"}]}");
+        write("scene.gltf", "{\"buffers\": [{\"uri\": \"my%20d%C3%A4ta.bin\"}, {\"uri\": \"data:,\"}]}");
         let without = of("scene.gltf");
-        write("my data.bin", "one");
+        write("my däta.bin", "one");
         let one = of("scene.gltf");
-        write("my data.bin", "two");
+        write("my däta.bin", "two");
         assert!(without != one && one != of("scene.gltf"));
     }
 

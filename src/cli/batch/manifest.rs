@@ -57,10 +57,12 @@ pub(super) fn read(path: &Path) -> Result<Vec<Line>, String> {
     })?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut builder = Builder { shown: shown.to_string(), folder, lines: Vec::new(), names: HashMap::new() };
-    if text.trim_start().starts_with('{') {
-        builder.json_lines(text)?
-    } else {
-        builder.csv(text)?
+    match text.trim_start().chars().next() {
+        Some('{') => builder.json_lines(text)?,
+        Some('[') => {
+            return Err(format!("{shown} is one JSON array; write an object a line, without brackets"));
+        }
+        _ => builder.csv(text)?,
     }
     if builder.lines.is_empty() {
         return Err(format!("there is no job in {shown}; a manifest has one a line, with its input"));
@@ -272,6 +274,7 @@ mod tests {
             (b"input\n", "there is no job"),
             (b"", "there is no job"),
             (b"{\"input\": \"a\"}\n{\"input\": \n", "line 2, column"),
+            (b"[{\"input\": \"a\"}]", "one JSON array"),
             (b"{\"input\": \"a\", \"alpah\": 1}", "line 1: there is no column “alpah”"),
             (b"{\"input\": \"a\", \"alpha\": [1]}", "line 1, column alpha"),
             (b"{\"input\": \"a\", \"method\": \"paper\", \"preset\": \"paper\"}", "is there twice"),

@@ -8,11 +8,13 @@ use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 
-use super::desk::finished;
-use super::rows::{Row, Status, all_tables, read, write_tables};
+use super::desk::{Desk, finished};
+use super::rows::{Place, Row, Status, all_tables, read};
 use super::sweep::Part;
 use super::{RECORD_FILE, Tally, must_be_folder};
-use crate::cli::fail;
+use crate::cli::interrupt::{INTERRUPTED, cancel_on_interrupt};
+use crate::cli::{fail, say};
+use crate::inference::Cancel;
 
 /// Tables to merge.
 #[derive(Debug, Clone, PartialEq)]
@@ -26,8 +28,12 @@ impl MergeJob {
     /// and, from the tables of the runs, one for each that failed or was
     /// stopped. The exit status tells how many failed.
     pub fn run(&self) -> ExitCode {
-        match self.work() {
-            Ok((tally, table)) => {
+        match self.work(&cancel_on_interrupt()) {
+            Ok(None) => {
+                say("stopped; nothing was written");
+                ExitCode::from(INTERRUPTED)
+            }
+            Ok(Some((tally, table))) => {
                 let _ = writeln!(std::io::stdout(), "{}, results in {}", tally.summary(), table.display());
                 tally.exit()
             }
@@ -35,7 +41,8 @@ impl MergeJob {
         }
     }
 
-    fn work(&self) -> anyhow::Result<(Tally, PathBuf)> {
+    /// `None` if it was stopped while it waited for a run of the whole list.
+    fn work(&self, cancel: &Cancel) -> anyhow::Result<Option<(Tally, PathBuf)>> {
         must_be_folder(&self.folder)?;
         let about = || format!("can't read the folder {}", self.folder.display());
         let mut rows: HashMap<String, Row> = HashMap::new();
@@ -55,8 +62,10 @@ impl MergeJob {
         }
         let mut rows: Vec<Row> = rows.into_values().collect();
         rows.sort_by(|a, b| (a.job, &a.name).cmp(&(b.job, &b.name)));
-        let table = write_tables(&self.folder, &Part::All.table(), &rows)?;
-        Ok((Tally::of(&rows), table))
+        let name = Part::All.table();
+        let Some(desk) = Desk::take(&self.folder, &name, cancel)? else { return Ok(None) };
+        let table = Place::new(&self.folder, &name, desk.folder()).write(&rows)?;
+        Ok(Some((Tally::of(&rows), table)))
     }
 }
 

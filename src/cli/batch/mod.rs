@@ -27,7 +27,7 @@ use anyhow::{Context, bail};
 
 use self::desk::{Desk, finished};
 use self::progress::{Line, Progress};
-use self::rows::{Row, Status, Tables};
+use self::rows::{Place, Row, Status, Tables};
 use self::runner::{End, run_all};
 use super::headless::primitives;
 use super::interrupt::{INTERRUPTED, cancel_on_interrupt};
@@ -50,6 +50,9 @@ const HIDDEN_FOLDER: &str = ".superform";
 /// Exit status of a batch with one failed job; each further adds one.
 const FIRST_FAILURE: usize = 11;
 const MOST_FAILURES: usize = 100;
+
+/// Most failed jobs that are listed at the end; the tables have all.
+const MOST_LISTED: usize = 20;
 
 /// One job: what is abstracted, how, and under which name.
 #[derive(Debug, Clone, PartialEq)]
@@ -75,8 +78,8 @@ pub struct BatchJob {
     table: String,
     /// Jobs side by side.
     workers: usize,
-    /// Threads that each of them computes with.
-    threads: usize,
+    /// Threads that they share.
+    cores: usize,
     /// Do again what is finished.
     force: bool,
     quiet: bool,
@@ -108,8 +111,11 @@ impl Tally {
 
     /// Says which jobs failed, and gives the exit status that tells how many.
     fn exit(&self) -> ExitCode {
-        for (name, problem) in &self.failed {
+        for (name, problem) in self.failed.iter().take(MOST_LISTED) {
             say(&format!("{name}: {problem}"));
+        }
+        if self.failed.len() > MOST_LISTED {
+            say(&format!("and {} more; the table has all of them", self.failed.len() - MOST_LISTED));
         }
         match self.failed.len() {
             0 => ExitCode::SUCCESS,
@@ -166,11 +172,10 @@ impl BatchJob {
         if self.output.exists() && !self.output.is_dir() {
             bail!("{} is not a folder; name another one for the results", self.output.display());
         }
-        let wait = || say(&format!("waiting for another run that writes {} there", self.table));
         if self.jobs.is_empty() && !self.quiet {
             say(&format!("there is nothing to do for this part of the list, which has {} jobs", self.listed));
         }
-        let Some(desk) = Desk::take(&self.output, &self.table, cancel, wait)? else { return Ok(None) };
+        let Some(desk) = Desk::take(&self.output, &self.table, cancel)? else { return Ok(None) };
 
         let mut inputs = fingerprint::Inputs::default();
         let mut rows: Vec<Option<Row>> = Vec::with_capacity(self.jobs.len());
@@ -182,7 +187,7 @@ impl BatchJob {
         }
         let others = self.others();
         let known: Vec<Row> = rows.iter().flatten().chain(&others).cloned().collect();
-        let mut tables = Tables::start(&self.output, &self.table, &known)?;
+        let mut tables = Tables::start(Place::new(&self.output, &self.table, desk.folder()), &known)?;
         let open: Vec<usize> = (0..rows.len()).filter(|&at| rows[at].is_none()).collect();
         let before = rows.len() - open.len();
         if before > 0 && !self.quiet {
@@ -190,12 +195,13 @@ impl BatchJob {
         }
 
         let workers = self.workers.clamp(1, open.len().max(1));
+        let threads = (self.cores / workers).max(1);
         let mut progress = Progress::new(rows.len(), before, workers, self.quiet);
         let lines: Vec<Line> = (0..workers).map(|worker| progress.line(worker)).collect();
         let mut failed = 0;
         run_all(
             open.len(),
-            (workers, self.threads),
+            (workers, threads),
             cancel,
             |worker, at| {
                 let line = &lines[worker];

@@ -89,10 +89,9 @@ impl BatchArgs {
         let mut index = 0..;
         jobs.retain(|_| index.next().is_some_and(|index| part.has(index)));
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
-        let workers = self.jobs.unwrap_or(cores).clamp(1, jobs.len().max(1));
-        let threads = (cores / workers).max(1);
+        let workers = self.jobs.unwrap_or(cores);
         let (table, force) = (part.table(), self.force);
-        Ok(BatchJob { jobs, listed, output, table, workers, threads, force, quiet })
+        Ok(BatchJob { jobs, listed, output, table, workers, cores, force, quiet })
     }
 }
 

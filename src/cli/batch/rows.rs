@@ -139,25 +139,55 @@ pub(super) fn is_table(path: &Path) -> bool {
 /// The two tables of a batch, to which a row is added as each job ends.
 #[derive(Debug)]
 pub(super) struct Tables {
+    place: Place,
+    files: [File; 2],
+}
+
+/// Where the tables of a batch are, and where they are made.
+#[derive(Debug)]
+pub(super) struct Place {
     csv: PathBuf,
     json_lines: PathBuf,
-    files: [File; 2],
+    desk: PathBuf,
+}
+
+impl Place {
+    pub(super) fn new(folder: &Path, table: &str, desk: &Path) -> Self {
+        let (csv, json_lines) = paths(folder, table);
+        Self { csv, json_lines, desk: desk.to_owned() }
+    }
+
+    /// Writes both tables; returns the path of the CSV file.
+    pub(super) fn write(&self, rows: &[Row]) -> anyhow::Result<PathBuf> {
+        let mut lines = Vec::new();
+        for row in rows {
+            lines.extend(json_line(row)?);
+        }
+        for (path, content) in [(&self.csv, csv_lines(rows, true)?), (&self.json_lines, lines)] {
+            // Made on the desk: there nothing stays if this is killed.
+            let made = self.desk.join(path.file_name().unwrap_or(path.as_os_str()));
+            io::write_whole(&made, &content)?;
+            fs::rename(&made, path).with_context(|| about(path))?;
+        }
+        Ok(self.csv.clone())
+    }
 }
 
 impl Tables {
     /// Makes the tables with the rows that are there already.
-    pub(super) fn start(folder: &Path, table: &str, rows: &[Row]) -> anyhow::Result<Self> {
-        let (csv, json_lines) = paths(folder, table);
-        write(&csv, &json_lines, rows)?;
+    pub(super) fn start(place: Place, rows: &[Row]) -> anyhow::Result<Self> {
+        place.write(rows)?;
         let open = |path: &Path| OpenOptions::new().append(true).open(path).with_context(|| about(path));
-        let files = [open(&csv)?, open(&json_lines)?];
-        Ok(Self { csv, json_lines, files })
+        let files = [open(&place.csv)?, open(&place.json_lines)?];
+        Ok(Self { place, files })
     }
 
     /// Adds a row, for whoever looks on.
     pub(super) fn add(&mut self, row: &Row) -> anyhow::Result<()> {
         let lines = [csv_lines(std::slice::from_ref(row), false)?, json_line(row)?];
-        for ((file, line), path) in self.files.iter_mut().zip(lines).zip([&self.csv, &self.json_lines]) {
+        for ((file, line), path) in
+            self.files.iter_mut().zip(lines).zip([&self.place.csv, &self.place.json_lines])
+        {
             file.write_all(&line).with_context(|| about(path))?;
         }
         Ok(())
@@ -165,10 +195,9 @@ impl Tables {
 
     /// Writes all rows in their order, in place of those that were added.
     pub(super) fn finish(self, rows: &[Row]) -> anyhow::Result<PathBuf> {
-        let Self { csv, json_lines, files } = self;
+        let Self { place, files } = self;
         drop(files);
-        write(&csv, &json_lines, rows)?;
-        Ok(csv)
+        place.write(rows)
     }
 }
 
@@ -178,23 +207,6 @@ fn paths(folder: &Path, table: &str) -> (PathBuf, PathBuf) {
 
 fn about(path: &Path) -> String {
     format!("can't keep the results in {}; make room", path.display())
-}
-
-fn write(csv: &Path, json_lines: &Path, rows: &[Row]) -> anyhow::Result<()> {
-    io::write_whole(csv, &csv_lines(rows, true)?)?;
-    let mut lines = Vec::new();
-    for row in rows {
-        lines.extend(json_line(row)?);
-    }
-    io::write_whole(json_lines, &lines)?;
-    Ok(())
-}
-
-/// Writes both tables at once; returns the path of the CSV file.
-pub(super) fn write_tables(folder: &Path, table: &str, rows: &[Row]) -> anyhow::Result<PathBuf> {
-    let (csv, json_lines) = paths(folder, table);
-    write(&csv, &json_lines, rows)?;
-    Ok(csv)
 }
 
 fn csv_lines(rows: &[Row], header: bool) -> anyhow::Result<Vec<u8>> {
@@ -290,7 +302,8 @@ pub(super) mod tests {
         let first =
             Row { mean_distance: Some(1.0 / 3.0), ..Row::failed(&job(1, "a, b"), "say \"no\"\n".into()) };
         let second = Row::cancelled(&job(2, "c"));
-        let mut tables = Tables::start(folder.path(), "results", &[]).unwrap();
+        let place = Place::new(folder.path(), "results", folder.path());
+        let mut tables = Tables::start(place, &[]).unwrap();
         let header = fs::read_to_string(folder.path().join("results.csv")).unwrap();
         assert_eq!(header.trim_end(), COLUMNS.join(","));
         tables.add(&second).unwrap();

@@ -2,8 +2,11 @@
 
 use std::path::Path;
 
-use super::{gltf, off, stl, text, xyz};
+use super::{gltf, off, pcd, stl, text, xyz};
 use crate::io::error::ReadError;
+use foreign::{foreign_binary, foreign_text};
+
+mod foreign;
 
 /// Formats that can be read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -13,6 +16,10 @@ pub(super) enum Format {
     Stl,
     Off,
     Gltf,
+    Pcd,
+    Las,
+    Npy,
+    Npz,
     Xyz,
 }
 
@@ -22,50 +29,94 @@ const HEAD: usize = 64 << 10;
 /// First words of OBJ lines.
 const OBJ_KEYWORDS: [&str; 12] = ["v", "vn", "vt", "vp", "f", "l", "p", "o", "g", "s", "mtllib", "usemtl"];
 /// Endings of the names of all files that can be read.
-pub(super) const ENDINGS: [&str; 14] =
-    ["obj", "ply", "stl", "off", "coff", "gltf", "glb", "xyz", "txt", "csv", "pts", "asc", "xyzrgb", "xyzn"];
-const XYZ_ENDINGS: [&str; 7] = ["xyz", "txt", "csv", "pts", "asc", "xyzrgb", "xyzn"];
+pub(super) const ENDINGS: [&str; 19] = [
+    "obj", "ply", "stl", "off", "coff", "gltf", "glb", "pcd", "las", "laz", "npy", "npz", "xyz", "txt",
+    "csv", "pts", "asc", "xyzrgb", "xyzn",
+];
+
+impl Format {
+    /// The format that files with this ending, in lower case, should have.
+    pub(super) fn of_ending(ending: &str) -> Option<Self> {
+        Some(match ending {
+            "obj" => Self::Obj,
+            "ply" => Self::Ply,
+            "stl" => Self::Stl,
+            "off" | "coff" => Self::Off,
+            "gltf" | "glb" => Self::Gltf,
+            "pcd" => Self::Pcd,
+            "las" | "laz" => Self::Las,
+            "npy" => Self::Npy,
+            "npz" => Self::Npz,
+            "xyz" | "txt" | "csv" | "pts" | "asc" | "xyzrgb" | "xyzn" => Self::Xyz,
+            _ => return None,
+        })
+    }
+}
 
 /// The format of a file that is not empty.
 pub(super) fn format(bytes: &[u8], path: &Path) -> Result<Format, ReadError> {
     let head = &bytes[..bytes.len().min(HEAD)];
-    if head.starts_with(b"ply\n") || head.starts_with(b"ply\r") {
-        return Ok(Format::Ply);
-    }
-    if head.starts_with(b"glTF") {
-        return Ok(Format::Gltf);
+    let tail = &bytes[bytes.len().saturating_sub(HEAD)..];
+    let magics: [(&[u8], Format); 4] = [
+        (b"glTF", Format::Gltf),
+        (b"LASF", Format::Las),
+        (b"\x93NUMPY", Format::Npy),
+        (b"# .PCD", Format::Pcd),
+    ];
+    if let Some((_, format)) = magics.into_iter().find(|(magic, _)| head.starts_with(magic)) {
+        return Ok(format);
     }
     if head.starts_with(b"\x89Superform") {
         return Err(ReadError::Session { path: path.to_owned() });
     }
-    let unsupported = |what| Err(ReadError::Unsupported { path: path.to_owned(), what });
-    if let Some(what) = other_magic(head) {
-        return unsupported(what);
+    let is_in_archive = |name: &[u8]| [head, tail].iter().any(|part| contains(part, name));
+    if head.starts_with(b"PK\x03\x04") && is_in_archive(b".npy") {
+        // Those of others hold the points that they were made from, too.
+        if is_in_archive(b"exponents.npy") && is_in_archive(b"scale.npy") && !is_in_archive(b"pc.npy") {
+            return Err(ReadError::Primitives { path: path.to_owned() });
+        }
+        return Ok(Format::Npz);
+    }
+    let unsupported = |(what, advice)| Err(ReadError::Unsupported { path: path.to_owned(), what, advice });
+    if let Some(known) = foreign_binary(head) {
+        return unsupported(known);
     }
     if stl::is_binary(bytes) {
         return Ok(Format::Stl);
     }
     let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let text = text::decode(head);
-    if let Some(what) = other_text(&text) {
-        return unsupported(what);
+    if text.starts_with("ply\n") || text.starts_with("ply\r") {
+        return Ok(Format::Ply);
+    }
+    if pcd::is_pcd(&text) {
+        return Ok(Format::Pcd);
     }
     let binary = text.contains('\0');
-    if let Some(format) = text_format(&text, &bytes[bytes.len().saturating_sub(HEAD)..]).filter(|_| !binary) {
-        return Ok(format);
+    if !binary {
+        if let Some(known) = foreign_text(&text) {
+            return unsupported(known);
+        }
+        if text.trim_start().starts_with('{') && text.contains("\"superform-primitives\"") {
+            return Err(ReadError::Primitives { path: path.to_owned() });
+        }
+        if let Some(format) = text_format(&text, tail) {
+            return Ok(format);
+        }
     }
     // The content tells nothing: trust the name, and let the parser say what
-    // it stumbles over.
-    match ending.as_str() {
-        "ply" => Ok(Format::Ply),
-        "stl" => Ok(Format::Stl),
-        _ if binary => Err(ReadError::Unknown { path: path.to_owned() }),
-        "obj" => Ok(Format::Obj),
-        "off" | "coff" => Ok(Format::Off),
-        "gltf" | "glb" => Ok(Format::Gltf),
-        e if XYZ_ENDINGS.contains(&e) => Ok(Format::Xyz),
-        _ => Err(ReadError::Unknown { path: path.to_owned() }),
+    // it stumbles over. Of formats with a mark of their own, the mark is gone.
+    match Format::of_ending(&ending) {
+        Some(format @ (Format::Ply | Format::Stl | Format::Pcd | Format::Las | Format::Npy)) => Ok(format),
+        Some(Format::Npz) | None => Err(ReadError::Unknown { path: path.to_owned() }),
+        Some(_) if binary => Err(ReadError::Unknown { path: path.to_owned() }),
+        Some(format) => Ok(format),
     }
+}
+
+/// Whether bytes contain others.
+fn contains(bytes: &[u8], wanted: &[u8]) -> bool {
+    bytes.windows(wanted.len()).any(|w| w == wanted)
 }
 
 /// How the text begins decides, then the first line that speaks for one of
@@ -80,6 +131,9 @@ fn text_format(text: &str, end: &[u8]) -> Option<Format> {
     }
     for (_, line) in text::lines(text) {
         let line = line.trim();
+        if xyz::names_columns(line) {
+            return Some(Format::Xyz);
+        }
         if line.is_empty() || line.starts_with('#') || line.starts_with("//") {
             continue;
         }
@@ -92,34 +146,4 @@ fn text_format(text: &str, end: &[u8]) -> Option<Format> {
         }
     }
     None
-}
-
-/// Binary formats that are known but not read.
-fn other_magic(head: &[u8]) -> Option<&'static str> {
-    let magics: [(&[u8], &str); 7] = [
-        (b"LASF", "a LAS or LAZ point cloud"),
-        (b"\x93NUMPY", "a NumPy array"),
-        (b"PK\x03\x04", "a ZIP archive"),
-        (b"\x1f\x8b", "a gzip archive"),
-        (b"Kaydara FBX", "an FBX scene"),
-        (b"\x89PNG", "a picture"),
-        (b"ASTM-E57", "an E57 point cloud"),
-    ];
-    magics.into_iter().find(|(magic, _)| head.starts_with(magic)).map(|(_, what)| what)
-}
-
-/// Text formats that are known but not read.
-fn other_text(text: &str) -> Option<&'static str> {
-    let start = text.trim_start();
-    let has_line =
-        |word: &str| text::lines(text).take(20).any(|(_, l)| l.split_whitespace().next() == Some(word));
-    if start.starts_with("# .PCD") || (has_line("FIELDS") && has_line("POINTS")) {
-        Some("a PCD point cloud")
-    } else if start.starts_with("# vtk") {
-        Some("a VTK file")
-    } else if start.starts_with("<?xml") || start.starts_with("<COLLADA") {
-        Some("an XML document")
-    } else {
-        None
-    }
 }

@@ -1,5 +1,6 @@
 //! glTF 2.0, as text and binary (GLB): the triangles of a scene in world
-//! coordinates, or its points where it has no triangles. Materials, pictures,
+//! coordinates with the colours and normals of their vertices, or its points where
+//! it has no triangles. Materials, pictures,
 //! animations and what bends meshes (skins, morph targets) are left out.
 //!
 //! The JSON is read here rather than by a glTF library because those compute
@@ -11,10 +12,12 @@ use std::path::Path;
 
 use nalgebra::{Matrix4, Point3, Quaternion, UnitQuaternion, Vector3};
 
+use super::columns;
 use super::raw::Raw;
 use super::text::{counted, decode};
 use crate::io::error::Fault;
 use accessors::Data;
+pub(crate) use buffers::percent_decoded;
 use schema::{Node, Primitive, Root};
 
 mod accessors;
@@ -24,7 +27,7 @@ mod schema;
 /// Vertices and triangles that a scene may have beyond those that its buffers
 /// hold: each node gets its copy of its mesh, so that a small file can ask for
 /// any number.
-const MOST_COPIED: usize = 1 << 24;
+const MOST_COPIED: usize = 1 << 22;
 
 /// Whether a text begins as a glTF file does, as far as one can tell.
 pub(super) fn is_gltf(start: &str, end: &[u8]) -> bool {
@@ -34,8 +37,8 @@ pub(super) fn is_gltf(start: &str, end: &[u8]) -> bool {
 }
 
 /// Reads a file's content; buffers in files of their own are looked for from
-/// `folder` on.
-pub(super) fn parse(bytes: &[u8], folder: &Path) -> Result<Raw, Fault> {
+/// `folder` on, where there is one.
+pub(super) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Raw, Fault> {
     let (root, blob) = if bytes.starts_with(b"glTF") {
         let (json, blob) = buffers::chunks(bytes)?;
         let root = serde_json::from_slice(json)
@@ -60,12 +63,24 @@ struct Scene<'a> {
     /// Primitives of lines, and nodes with a skin or morph targets.
     lines: usize,
     bent: usize,
+    /// Of the vertices of the triangles, as far as they have any.
+    surface: SurfaceAttributes,
     /// Vertices or triangles that it may have.
     most: usize,
 }
 
+/// Colours and normals of the vertices of all triangles, with something in the
+/// place of those that are missing.
+#[derive(Default)]
+struct SurfaceAttributes {
+    colors: Vec<[u8; 3]>,
+    has_colors: bool,
+    normals: Vec<[f32; 3]>,
+    lacks_normals: bool,
+}
+
 impl<'a> Scene<'a> {
-    fn new(root: &'a Root, blob: Option<&'a [u8]>, folder: &Path) -> Result<Self, Fault> {
+    fn new(root: &'a Root, blob: Option<&'a [u8]>, folder: Option<&Path>) -> Result<Self, Fault> {
         if let Some(version) = root.asset.version.as_deref().filter(|v| !v.starts_with("2.")) {
             let problem =
                 format!("it is glTF {version}, and only glTF 2 can be read; export the shape again");
@@ -89,6 +104,7 @@ impl<'a> Scene<'a> {
             colors: Vec::new(),
             lines: 0,
             bent: 0,
+            surface: SurfaceAttributes::default(),
             most,
         })
     }
@@ -151,7 +167,12 @@ impl<'a> Scene<'a> {
         if !has_triangles {
             self.raw.attributes.colors = (self.colors.len() == self.points.len()).then_some(self.colors);
             self.raw.points = self.points;
+            return Ok(self.raw);
         }
+        let surface = self.surface;
+        self.raw.attributes.colors = surface.has_colors.then_some(surface.colors);
+        self.raw.attributes.normals =
+            Some(surface.normals).filter(|_| !surface.lacks_normals).and_then(columns::normals);
         Ok(self.raw)
     }
 
@@ -165,7 +186,7 @@ impl<'a> Scene<'a> {
     fn mesh(&mut self, index: usize, world: &Matrix4<f64>) -> Result<(), Fault> {
         let root = self.root;
         // Primitives of one mesh often share their vertices.
-        let mut first_of: HashMap<usize, (usize, usize)> = HashMap::new();
+        let mut first_of = HashMap::new();
         for primitive in &entry(&root.meshes, index, "mesh")?.primitives {
             let Some(&position) = primitive.attributes.get("POSITION") else { continue };
             match primitive.mode {
@@ -205,21 +226,47 @@ impl<'a> Scene<'a> {
         Ok(())
     }
 
+    /// Notes the colours and normals of as many vertices. What is wrong with
+    /// them costs them, not the shape.
+    fn surface_attributes(&mut self, (_, normal, color): Sources, count: usize, world: &Matrix4<f64>) {
+        let values = |accessor: Option<usize>| {
+            accessor.and_then(|a| self.data.vectors(a).ok()).filter(|values| values.len() == count)
+        };
+        let (normals, colors) = (values(normal), values(color));
+        let surface = &mut self.surface;
+        surface.has_colors |= colors.is_some();
+        surface.lacks_normals |= normals.is_none();
+        match colors {
+            Some(colors) => surface.colors.extend(colors.iter().map(|rgb| rgb.map(srgb_byte))),
+            None => surface.colors.resize(surface.colors.len() + count, [255; 3]),
+        }
+        // Normals stay upright on surfaces that are stretched.
+        let upright = world.fixed_view::<3, 3>(0, 0).try_inverse().map(|m| m.transpose()).unwrap_or_default();
+        let turned = |n: &[f64; 3]| {
+            let n = (upright * Vector3::from(*n)).try_normalize(0.0).unwrap_or_default();
+            [n.x as f32, n.y as f32, n.z as f32]
+        };
+        surface.normals.extend(normals.unwrap_or_default().iter().map(turned));
+    }
+
     fn show_triangles(
         &mut self,
         primitive: &Primitive,
         position: usize,
         world: &Matrix4<f64>,
-        first_of: &mut HashMap<usize, (usize, usize)>,
+        first_of: &mut HashMap<Sources, (usize, usize)>,
     ) -> Result<(), Fault> {
-        let (first, count) = match first_of.get(&position) {
+        let other = |name: &str| primitive.attributes.get(name).copied();
+        let sources = (position, other("NORMAL"), other("COLOR_0"));
+        let (first, count) = match first_of.get(&sources) {
             Some(found) => *found,
             None => {
                 let vertices = self.data.vectors(position)?;
                 self.check_size(self.raw.points.len() + vertices.len())?;
                 let range = (self.raw.points.len(), vertices.len());
                 self.raw.points.extend(vertices.iter().map(|v| placed(world, v)));
-                *first_of.entry(position).or_insert(range)
+                self.surface_attributes(sources, vertices.len(), world);
+                *first_of.entry(sources).or_insert(range)
             }
         };
         let corners = match primitive.indices {
@@ -250,6 +297,9 @@ impl<'a> Scene<'a> {
         Ok(())
     }
 }
+
+/// Where vertices come from: the accessors of positions, normals and colours.
+type Sources = (usize, Option<usize>, Option<usize>);
 
 /// An entry of one of the file's lists.
 fn entry<'a, T>(list: &'a [T], index: usize, what: &str) -> Result<&'a T, Fault> {

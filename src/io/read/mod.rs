@@ -1,13 +1,18 @@
 //! Reading: shapes from the files that people have, and primitives back.
 
+mod columns;
 mod detect;
 mod gltf;
+mod las;
+mod npy;
 mod obj;
 mod off;
+mod pcd;
 mod ply;
 pub(super) mod primitives;
 mod raw;
 mod results;
+mod scalar;
 mod stl;
 mod text;
 mod xyz;
@@ -16,34 +21,77 @@ use std::io::Read;
 use std::path::{Path, PathBuf};
 
 use super::{ReadError, Shape};
+use detect::Format;
+
+pub(crate) use gltf::percent_decoded;
 pub use results::{holds_primitives, shape_of};
 
 /// Largest file that is read, in bytes.
 const LARGEST: u64 = 8 << 30;
 
-/// Reads a shape from an OBJ, PLY, STL, OFF, glTF, GLB or XYZ text file. The
-/// format is told from the content first and the name's ending second; a file
-/// with faces is a mesh, one without a cloud. Faces that are out of range, not finite or
-/// without area are left out and noted in [`Shape::notes`].
+/// Most bytes that compressed content of so many bytes may become: clouds
+/// shrink to a tenth, what shrinks to less than a hundredth is no cloud.
+fn most_unpacked(packed: usize) -> u64 {
+    (16 << 20) + 100 * packed as u64
+}
+
+/// Reads a shape from an OBJ, PLY, STL, OFF, glTF, GLB, PCD, LAS, LAZ, NPY, NPZ
+/// or XYZ text file. The format is told from the content first and the name's
+/// ending second; a file with faces is a mesh, one without a cloud. Faces that
+/// are out of range, not finite or without area are left out and noted in
+/// [`Shape::notes`].
 ///
 /// # Errors
 /// One [`ReadError`] that says what is wrong, where, and what to do. Memory
-/// stays within a small multiple of the file's size, whatever the file claims;
-/// only a glTF scene may ask for more, by its copies of meshes, within limits.
+/// stays within a small multiple of the file's size, whatever the file claims.
+/// A glTF scene may ask for more, by its copies of meshes, and compressed
+/// points (LAZ, NPZ) may unpack to a hundred times their size, within limits.
 pub fn read(path: &Path) -> Result<Shape, ReadError> {
     let bytes = content(path)?;
-    let format = detect::format(&bytes, path)?;
+    let shape = parsed(&bytes, path, Some(path.parent().unwrap_or(Path::new(""))))?;
+    Ok(Shape { path: Some(path.to_owned()), ..shape })
+}
+
+/// Reads a shape from the content of a file that has this name; see [`read`].
+/// Buffers of a glTF scene must be inside.
+///
+/// # Errors
+/// As [`read`], with the name in the place of the path.
+pub fn read_bytes(bytes: &[u8], name: &str) -> Result<Shape, ReadError> {
+    let path = Path::new(name);
+    if bytes.is_empty() {
+        return Err(ReadError::Empty { path: path.to_owned() });
+    }
+    parsed(bytes, path, None)
+}
+
+/// Reads a content in the format of an ending, whatever it looks like: so each
+/// reader can be tested alone. `None` for other endings.
+#[doc(hidden)]
+pub fn read_bytes_as(bytes: &[u8], ending: &str) -> Option<Result<Shape, ReadError>> {
+    let format = Format::of_ending(ending)?;
+    Some(shape(format, bytes, Path::new("it"), None))
+}
+
+fn parsed(bytes: &[u8], path: &Path, folder: Option<&Path>) -> Result<Shape, ReadError> {
+    shape(detect::format(bytes, path)?, bytes, path, folder)
+}
+
+fn shape(format: Format, bytes: &[u8], path: &Path, folder: Option<&Path>) -> Result<Shape, ReadError> {
     let parsed = match format {
-        detect::Format::Obj => obj::parse(&text::decode(&bytes)),
-        detect::Format::Ply => ply::parse(&bytes),
-        detect::Format::Stl => stl::parse(&bytes),
-        detect::Format::Off => off::parse(&text::decode(&bytes)),
-        detect::Format::Gltf => gltf::parse(&bytes, path.parent().unwrap_or(Path::new(""))),
-        detect::Format::Xyz => xyz::parse(&text::decode(&bytes)),
+        Format::Obj => obj::parse(&text::decode(bytes)),
+        Format::Ply => ply::parse(bytes),
+        Format::Stl => stl::parse(bytes),
+        Format::Off => off::parse(&text::decode(bytes)),
+        Format::Gltf => gltf::parse(bytes, folder),
+        Format::Pcd => pcd::parse(bytes),
+        Format::Las => las::parse(bytes),
+        Format::Npy => npy::parse(bytes),
+        Format::Npz => npy::parse_archive(bytes),
+        Format::Xyz => xyz::parse(&text::decode(bytes)),
     };
     let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    let shape = parsed.and_then(|raw| raw.checked(name)).map_err(|fault| fault.in_file(path.to_owned()))?;
-    Ok(Shape { path: Some(path.to_owned()), ..shape })
+    parsed.and_then(|raw| raw.checked(name)).map_err(|fault| fault.in_file(path.to_owned()))
 }
 
 /// The bytes of a regular file that is neither empty nor too large.

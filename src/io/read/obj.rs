@@ -1,18 +1,23 @@
-//! Wavefront OBJ: positions and faces, through tobj.
+//! Wavefront OBJ: positions with their colours and normals, and faces, through
+//! tobj.
 //!
 //! tobj is strict where files in the wild are not: it knows no line
 //! continuation and no comment outside UTF-8, gives up at the first index
 //! that is out of range without naming its line, and drops vertices that no
 //! face uses, so that a file of points comes out empty. The text is therefore
 //! first put into plain `v` and `f` lines, which tobj parses and triangulates
-//! (polygons as fans); a file without faces is a cloud of its vertices.
+//! (polygons as fans). tobj hands vertices over in the order of their first use,
+//! so that each gets its number in the file in the place of its colour, by which
+//! they are put into the file's order. A file without faces is a cloud of its
+//! vertices.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
 
 use nalgebra::Point3;
 
-use super::raw::{Raw, color_bytes};
+use super::columns;
+use super::raw::Raw;
 use super::text::{lines, number, quoted};
 use crate::io::Attributes;
 use crate::io::error::Fault;
@@ -21,20 +26,22 @@ const OPTIONS: tobj::LoadOptions =
     tobj::LoadOptions { single_index: false, triangulate: true, ignore_points: true, ignore_lines: true };
 
 pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
-    let plain = Plain::new(text)?;
-    let faces_out_of_range = plain.faces_out_of_range;
+    let mut plain = Plain::new(text)?;
+    let mut raw = Raw { faces_out_of_range: plain.faces_out_of_range, ..Raw::default() };
+    raw.attributes = plain.attributes(&mut raw.notes);
+    raw.points = std::mem::take(&mut plain.points);
     if plain.faces == 0 {
-        let attributes = Attributes { colors: plain.colors(), ..Attributes::default() };
-        return Ok(Raw { points: plain.points, attributes, faces_out_of_range, ..Raw::default() });
+        return Ok(raw);
     }
     let no_materials = |_: &std::path::Path| Err(tobj::LoadError::OpenFileFailed);
     let (models, _) = tobj::load_obj_buf(&mut plain.source.as_bytes(), &OPTIONS, no_materials)
         .map_err(|e| Fault::whole(format!("its faces can't be made out: {e}")))?;
-    let mut raw = Raw { faces_out_of_range, ..Raw::default() };
     for tobj::Model { mesh, .. } in models {
-        let offset = raw.points.len() as u32;
-        raw.points.extend(mesh.positions.chunks_exact(3).map(|p| Point3::new(p[0], p[1], p[2])));
-        raw.triangles.extend(mesh.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]].map(|i| i + offset)));
+        let in_file = |i: u32| mesh.vertex_color.get(3 * i as usize).map(|number| *number as u32);
+        raw.triangles.extend(mesh.indices.chunks_exact(3).filter_map(|t| {
+            let [a, b, c] = [t[0], t[1], t[2]].map(in_file);
+            Some([a?, b?, c?])
+        }));
     }
     Ok(raw)
 }
@@ -47,7 +54,19 @@ struct Plain {
     faces_out_of_range: usize,
     points: Vec<Point3<f64>>,
     /// The three numbers after the coordinates, of the vertices that have them.
-    extras: Vec<[f64; 3]>,
+    extras: Vec<[f32; 3]>,
+    /// The file's normals, and which of them each vertex has.
+    normals: Vec<[f32; 3]>,
+    normal_of: Vec<Normal>,
+}
+
+/// What the faces say of the normal of a vertex.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Normal {
+    Unknown,
+    Is([f32; 3]),
+    /// Each corner has its own.
+    Many,
 }
 
 impl Plain {
@@ -60,6 +79,8 @@ impl Plain {
             faces_out_of_range: 0,
             points: Vec::with_capacity(vertices),
             extras: Vec::new(),
+            normals: Vec::new(),
+            normal_of: vec![Normal::Unknown; vertices],
         };
         let mut lines = lines(text);
         while let Some((line_number, line)) = lines.next() {
@@ -71,6 +92,10 @@ impl Plain {
             let mut words = line.split_whitespace();
             match words.next() {
                 Some("v") => this.vertex(words, line_number)?,
+                Some("vn") => {
+                    let mut value = || words.next().and_then(number).unwrap_or(f64::NAN) as f32;
+                    this.normals.push([value(), value(), value()]);
+                }
                 Some("f" | "fo") => this.face(words, line_number, vertices)?,
                 _ => {}
             }
@@ -85,12 +110,12 @@ impl Plain {
             number(token).ok_or_else(|| Fault::at_line(line, format!("{} is not a number", quoted(token))))
         };
         let p = Point3::new(coordinate()?, coordinate()?, coordinate()?);
+        // tobj needs to see numbers, not which: the points are kept here.
+        let _ = writeln!(self.source, "v 0 0 0 {} 0 0", self.points.len());
         self.points.push(p);
-        // Shortest decimals that give back the same number.
-        let _ = writeln!(self.source, "v {:?} {:?} {:?}", p.x, p.y, p.z);
         let rest: Vec<f64> = words.map_while(number).collect();
         if let [r, g, b] | [r, g, b, _] = rest[..] {
-            self.extras.push([r, g, b]);
+            self.extras.push([r, g, b].map(|v| v as f32));
         }
         Ok(())
     }
@@ -105,12 +130,17 @@ impl Plain {
         self.source.push('f');
         let (mut corners, mut in_range) = (0, true);
         for word in words.take_while(|w| !w.starts_with('#')) {
-            let token = word.split('/').next().unwrap_or_default();
+            let mut parts = word.split('/');
+            let token = parts.next().unwrap_or_default();
             let index: i64 = token.parse().map_err(|_| {
                 Fault::at_line(line, format!("{} is not the index of a vertex", quoted(word)))
             })?;
             let absolute = if index < 0 { self.points.len() as i64 + 1 + index } else { index };
-            in_range &= (1..=vertices as i64).contains(&absolute);
+            let is_vertex = (1..=vertices as i64).contains(&absolute);
+            in_range &= is_vertex;
+            if is_vertex {
+                self.corner(absolute as usize - 1, parts.nth(1));
+            }
             corners += 1;
             let _ = write!(self.source, " {absolute}");
         }
@@ -124,8 +154,38 @@ impl Plain {
         Ok(())
     }
 
-    /// Vertex colours, where every vertex has them.
-    fn colors(&self) -> Option<Vec<[u8; 3]>> {
-        (self.extras.len() == self.points.len()).then(|| color_bytes(&self.extras)).flatten()
+    /// Notes the normal of a corner at a vertex.
+    fn corner(&mut self, vertex: usize, normal: Option<&str>) {
+        let slot = &mut self.normal_of[vertex];
+        let index = normal.and_then(|token| token.parse::<i64>().ok());
+        let found = index.and_then(|i| {
+            let at = if i < 0 { self.normals.len() as i64 + i } else { i - 1 };
+            usize::try_from(at).ok().and_then(|at| self.normals.get(at))
+        });
+        *slot = match (found, *slot) {
+            (Some(normal), Normal::Unknown) => Normal::Is(*normal),
+            (Some(normal), Normal::Is(known)) if *normal == known => Normal::Is(known),
+            _ => Normal::Many,
+        };
+    }
+
+    /// Vertex colours and normals, where every vertex that is used has one.
+    fn attributes(&mut self, notes: &mut Vec<String>) -> Attributes {
+        let count = self.points.len();
+        let colors = std::mem::take(&mut self.extras);
+        let colors =
+            Some(colors).filter(|c| c.len() == count).and_then(|c| columns::colors(&c, false, notes));
+        let is_cloud = self.faces == 0 && self.faces_out_of_range == 0;
+        let normals = if is_cloud && self.normals.len() == count {
+            Some(std::mem::take(&mut self.normals))
+        } else if self.normal_of.contains(&Normal::Many)
+            || !self.normal_of.iter().any(|n| *n != Normal::Unknown)
+        {
+            None
+        } else {
+            let value = |n: &Normal| if let Normal::Is(value) = n { *value } else { [0.0; 3] };
+            Some(self.normal_of.iter().map(value).collect())
+        };
+        Attributes { colors, normals: normals.and_then(columns::normals), labels: None }
     }
 }

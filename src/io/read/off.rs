@@ -1,8 +1,10 @@
-//! OFF (Geomview's object files): vertices, then polygons, in text.
+//! OFF (Geomview's object files): vertices with their normals and colours, then
+//! polygons, in text.
 
 use nalgebra::Point3;
 
-use super::raw::{Raw, color_bytes};
+use super::columns;
+use super::raw::Raw;
 use super::text::{lines, number, quoted};
 use crate::io::error::Fault;
 
@@ -26,7 +28,19 @@ impl Layout {
 
     /// The column at which the colour begins.
     fn color_column(self) -> usize {
-        3 + usize::from(self.is_homogeneous) + if self.has_normals { 3 } else { 0 }
+        self.normal_column() + if self.has_normals { 3 } else { 0 }
+    }
+
+    fn normal_column(self) -> usize {
+        3 + usize::from(self.is_homogeneous)
+    }
+
+    /// The layout that a first word tells, and the rest of that word: some
+    /// programs write the counts without a blank in between (`OFF8 12 0`).
+    fn leading(word: &str) -> Option<(Self, &str)> {
+        let (name, rest) = word.split_at(word.find("OFF")? + 3);
+        let is_count = rest.bytes().all(|b| b.is_ascii_digit());
+        Some((Self::of(name).filter(|_| is_count)?, rest))
     }
 }
 
@@ -44,18 +58,18 @@ fn content(text: &str) -> impl Iterator<Item = (usize, &str)> {
 /// Whether a text begins as an OFF file does.
 pub(super) fn is_off(text: &str) -> bool {
     let first = content(text).next().and_then(|(_, line)| line.split_whitespace().next());
-    first.is_some_and(|word| Layout::of(word).is_some() || word == "nOFF" || word == "4nOFF")
+    first.is_some_and(|word| Layout::leading(word).is_some() || word == "nOFF" || word == "4nOFF")
 }
 
 pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
     let mut lines = content(text);
     let (line, head) = lines.next().unwrap_or((1, ""));
     let mut words = head.split_whitespace();
-    let layout = words.next().and_then(Layout::of).ok_or_else(|| {
+    let (layout, glued) = words.next().and_then(Layout::leading).ok_or_else(|| {
         let problem = format!("{} begins no OFF mesh of three dimensions", quoted(head));
         Fault::at_line(line, problem)
     })?;
-    let mut counts: Vec<&str> = words.collect();
+    let mut counts: Vec<&str> = Some(glued).filter(|w| !w.is_empty()).into_iter().chain(words).collect();
     if counts.first().is_some_and(|w| w.eq_ignore_ascii_case("binary")) {
         return Err(Fault::at_line(line, "a binary OFF mesh can't be read; save it as text"));
     }
@@ -76,7 +90,7 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
 
     // Nothing is set aside for what is only announced.
     let mut raw = Raw::default();
-    let mut colors = Vec::new();
+    let (mut colors, mut normals) = (Vec::new(), Vec::new());
     for done in 0..vertices {
         let (at, values) = lines.next().ok_or_else(|| cut_short(text, vertices, "vertices", done))?;
         let row = numbers(values, at)?;
@@ -88,15 +102,22 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
             Some(w) if layout.is_homogeneous => point / *w,
             _ => point,
         });
+        if let Some(&[x, y, z, ..]) = row.get(layout.normal_column()..).filter(|_| layout.has_normals) {
+            normals.push([x, y, z].map(|v| v as f32));
+        }
         if let Some(&[r, g, b, ..]) = row.get(layout.color_column()..).filter(|_| layout.has_colors) {
-            colors.push([r, g, b]);
+            colors.push([r, g, b].map(|v| v as f32));
         }
     }
     for done in 0..faces {
         let (at, values) = lines.next().ok_or_else(|| cut_short(text, faces, "faces", done))?;
         polygon(values, at, &mut raw)?;
     }
-    raw.attributes.colors = (colors.len() == raw.points.len()).then(|| color_bytes(&colors)).flatten();
+    let count = raw.points.len();
+    if colors.len() == count {
+        raw.attributes.colors = columns::colors(&colors, false, &mut raw.notes);
+    }
+    raw.attributes.normals = Some(normals).filter(|n| n.len() == count).and_then(columns::normals);
     Ok(raw)
 }
 

@@ -1,18 +1,30 @@
 //! PLY, ASCII and binary of either byte order: vertices with their colours,
-//! faces as polygons or triangle strips. Other elements and properties are
-//! stepped over.
+//! normals and labels, faces as polygons or triangle strips. Other elements and
+//! properties are stepped over.
+//!
+//! Read here because the crates for it set aside what a header announces, and
+//! name neither line nor byte of a fault.
 
-use nalgebra::Point3;
-
+use super::columns::{Color, Gatherer, Roles};
 use super::raw::Raw;
+use super::text;
 use crate::io::error::Fault;
-use header::{Element, Encoding, Header, Kind, Scalar};
+use header::{Element, Encoding, Header, Kind};
 use values::{AsciiValues, BinaryValues, Values};
 
 mod header;
 mod values;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
+    match bytes {
+        [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => parse_plain(text::decode(bytes).as_bytes()),
+        [0xef, 0xbb, 0xbf, rest @ ..] => parse_plain(rest),
+        _ => parse_plain(bytes),
+    }
+}
+
+/// The same, without a mark of the byte order.
+fn parse_plain(bytes: &[u8]) -> Result<Raw, Fault> {
     let header = Header::parse(bytes)?;
     match header.encoding {
         Encoding::Ascii => body(&header, AsciiValues::new(&bytes[header.length..], header.lines)),
@@ -32,7 +44,7 @@ fn body(header: &Header, mut values: impl Values) -> Result<Raw, Fault> {
                 element.count, element.name
             )));
         }
-        if element.is_vertex() {
+        if element.is_vertex() && raw.points.is_empty() {
             read_vertices(element, &mut values, &mut raw)?;
         } else if let Some(list) = element.face_list() {
             read_faces(element, list, &mut values, vertices, &mut raw)?;
@@ -47,38 +59,37 @@ fn body(header: &Header, mut values: impl Values) -> Result<Raw, Fault> {
 }
 
 fn read_vertices(element: &Element, values: &mut impl Values, raw: &mut Raw) -> Result<(), Fault> {
-    let place = |names: &[&str]| element.properties.iter().position(|p| names.contains(&p.name.as_str()));
-    let (Some(x), Some(y), Some(z)) = (place(&["x"]), place(&["y"]), place(&["z"])) else {
+    let names: Vec<&str> = element.properties.iter().map(|p| p.name.as_str()).collect();
+    let Some(mut roles) = Roles::of(&names) else {
         return Err(Fault::whole("its vertices lack the properties x, y and z; export the shape again"));
     };
-    let color = [["red", "r", "diffuse_red"], ["green", "g", "diffuse_green"], ["blue", "b", "diffuse_blue"]]
-        .map(|names| place(&names));
-    let color = match color {
-        [Some(r), Some(g), Some(b)] => Some([r, g, b]),
-        _ => None,
-    };
-    // Floats hold 0 to 1, wider integers their own full range.
-    let to_byte = |property: usize, value: f64| match element.properties[property].kind {
-        Kind::Scalar(Scalar::U8) => value as u8,
-        Kind::Scalar(Scalar::U16) => (value / 257.0).round() as u8,
-        Kind::Scalar(Scalar::F32 | Scalar::F64) => (value * 255.0).round() as u8,
-        _ => value.clamp(0.0, 255.0) as u8,
+    let is_list = |&p: &usize| matches!(element.properties[p].kind, Kind::List { .. });
+    if roles.position.iter().any(is_list) {
+        return Err(Fault::whole("a coordinate of its vertices is a list; export the shape again"));
+    }
+    roles.normal = roles.normal.filter(|n| !n.iter().any(is_list));
+    roles.label = roles.label.filter(|l| !is_list(l));
+    roles.color = roles.color.filter(|color| match color {
+        Color::Channels(columns) => !columns.iter().any(is_list),
+        Color::Packed(column) => matches!(element.properties[*column].kind, Kind::Scalar(s) if !s.is_float()),
+    });
+    let whole_colors = match roles.color {
+        Some(Color::Channels(columns)) => columns
+            .iter()
+            .all(|&p| matches!(element.properties[p].kind, Kind::Scalar(scalar) if !scalar.is_float())),
+        _ => true,
     };
     let count = element.count as usize;
-    raw.points.reserve_exact(count);
-    let mut colors = Vec::with_capacity(if color.is_some() { count } else { 0 });
+    let mut gatherer = Gatherer::new(roles, count);
     let mut row = vec![0.0; element.properties.len()];
     for _ in 0..count {
         values.start(element)?;
         for (slot, property) in row.iter_mut().zip(&element.properties) {
             *slot = values.property(property.kind, None)?;
         }
-        raw.points.push(Point3::new(row[x], row[y], row[z]));
-        if let Some(rgb) = color {
-            colors.push(rgb.map(|p| to_byte(p, row[p])));
-        }
+        gatherer.push(&row);
     }
-    raw.attributes.colors = (!colors.is_empty()).then_some(colors);
+    gatherer.finish(whole_colors, raw);
     Ok(())
 }
 

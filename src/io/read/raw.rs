@@ -109,17 +109,3 @@ fn compact(vertices: &[Point3<f64>], mut faces: Vec<[u32; 3]>) -> (TriMesh, Vec<
     let vertices = kept.iter().map(|&i| vertices[i as usize]).collect();
     (TriMesh { vertices, faces }, kept)
 }
-
-/// Colours that were written from 0 to 1 or from 0 to 255, told from the
-/// values; `None` where they are neither, or none.
-pub(super) fn color_bytes(colors: &[[f64; 3]]) -> Option<Vec<[u8; 3]>> {
-    let all = || colors.iter().flatten();
-    let scale = if all().all(|c| (0.0..=1.0).contains(c)) {
-        255.0
-    } else if all().all(|c| (0.0..=255.0).contains(c)) {
-        1.0
-    } else {
-        return None;
-    };
-    (!colors.is_empty()).then(|| colors.iter().map(|rgb| rgb.map(|c| (c * scale).round() as u8)).collect())
-}

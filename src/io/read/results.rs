@@ -39,7 +39,9 @@ pub fn holds_primitives(path: &Path) -> bool {
     let text = String::from_utf8_lossy(&head);
     let first = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
     let is_table = first.split(',').map(str::trim).eq(crate::io::read::primitives::CSV_COLUMNS);
-    is_table || (text.trim_start().starts_with('{') && text.contains(FORMAT))
+    // Ours says so in its first line.
+    let is_ours = text.strip_prefix("# ").is_some_and(|text| text.starts_with(FORMAT));
+    is_table || is_ours || (text.trim_start().starts_with('{') && text.contains(FORMAT))
 }
 
 /// The shape that primitives stand for: the input that the report beside them

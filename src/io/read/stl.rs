@@ -3,7 +3,7 @@
 //!
 //! Files lie in both directions: binary ones begin with `solid`, and counts
 //! promise what isn't there. So the length decides what is binary, and a count
-//! is checked before anything is set aside for it.
+//! is checked before anything is set aside for it; the crates for it trust both.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
@@ -104,6 +104,9 @@ fn binary(bytes: &[u8]) -> Result<Raw, Fault> {
         return Err(Fault::at_byte(bytes.len(), format!("the header of a binary STL ends here; {cut}")));
     };
     let room = (bytes.len() - HEADER) / TRIANGLE;
+    // Programs that write as they go leave the count open.
+    let is_open = count == 0 && room > 0 && (bytes.len() - HEADER).is_multiple_of(TRIANGLE);
+    let count = if is_open { room as u64 } else { count };
     if count > room as u64 {
         let problem =
             format!("the header announces {count} triangles, but there is room for {room} at most; {cut}");
@@ -122,7 +125,12 @@ fn binary(bytes: &[u8]) -> Result<Raw, Fault> {
         };
         soup.add([0, 1, 2].map(|corner| [0, 1, 2].map(|axis| value(12 + 12 * corner + 4 * axis))))?;
     }
-    if is_binary(bytes) || count == 0 {
+    if is_open {
+        soup.raw
+            .notes
+            .push(format!("the header announces no triangles, but there are {count}: all were taken"));
+    }
+    if is_binary(bytes) || is_open || count == 0 {
         return Ok(soup.raw);
     }
     let surplus = bytes.len() - HEADER - TRIANGLE * count as usize;

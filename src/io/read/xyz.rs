@@ -1,10 +1,17 @@
 //! XYZ text: one point a line, in the many dialects of .xyz, .txt, .csv, .pts.
+//!
+//! Read here because the crates for tables want to know separators and columns
+//! beforehand, and none knows decimal commas or the count of PTS.
+
+use std::collections::HashMap;
 
 use nalgebra::Point3;
 use rayon::prelude::*;
 
+use super::columns::{self, Color, Nameless, Roles};
 use super::raw::Raw;
 use super::text::{self, counted, lines, number, plain_number, quoted};
+use crate::io::Attributes;
 use crate::io::error::Fault;
 
 /// How numbers and columns are written.
@@ -32,65 +39,188 @@ impl Dialect {
         if comma && decimal > 0 { Self::Comma } else { Self::Point }
     }
 
-    fn columns(self, line: &str) -> impl Iterator<Item = &str> {
-        line.split(move |c: char| c.is_whitespace() || c == ';' || (self == Self::Point && c == ','))
-            .filter(|t| !t.is_empty())
+    /// The columns of a line. Where a comma, a semicolon or (by choice) a tab
+    /// parts them, they may be quoted, or empty.
+    fn columns(self, line: &str, tabs: bool) -> Vec<&str> {
+        let separator = if line.contains(';') {
+            ';'
+        } else if self == Self::Point && line.contains(',') {
+            ','
+        } else if tabs && line.contains('\t') {
+            '\t'
+        } else {
+            return line.split_whitespace().collect();
+        };
+        let mut fields = Vec::new();
+        let mut quote = None;
+        let mut start = 0;
+        for (at, c) in line.char_indices() {
+            match quote {
+                Some(q) if c == q => quote = None,
+                Some(_) => {}
+                None if c == '"' => quote = Some(c),
+                None if c == separator => {
+                    fields.push(&line[start..at]);
+                    start = at + 1;
+                }
+                None => {}
+            }
+        }
+        // What a separator at the end parts from nothing is no column.
+        if !line[start..].trim().is_empty() {
+            fields.push(&line[start..]);
+        }
+        let mut columns = Vec::with_capacity(fields.len());
+        for field in fields {
+            match field.trim() {
+                "" => columns.push(""),
+                // Blanks may part columns, too.
+                text if text.starts_with(['"', '\'']) || separator == '\t' => columns.push(text),
+                text => columns.extend(text.split_whitespace()),
+            }
+        }
+        columns
     }
 
+    /// A number; NaN for what is left empty.
     fn value(self, token: &str) -> Option<f64> {
+        let token = unquoted(token);
         match self {
+            _ if token.is_empty() => Some(f64::NAN),
             Self::Point => number(token),
             Self::Comma => number(&token.replace(',', ".")),
         }
     }
 }
 
+fn unquoted(token: &str) -> &str {
+    token.trim_matches(|c: char| matches!(c, '"' | '\'') || c.is_whitespace())
+}
+
 /// Whether a line holds at least three numbers and nothing else.
 pub(super) fn is_data(line: &str) -> bool {
     let dialect = Dialect::of(line);
-    let mut count = 0;
-    dialect.columns(line).all(|t| {
-        count += 1;
-        dialect.value(t).is_some()
-    }) && count >= 3
+    let columns = dialect.columns(line, false);
+    let mut numbers = columns.iter().filter(|t| !t.is_empty());
+    numbers.clone().count() >= 3 && numbers.all(|t| dialect.value(t).is_some())
 }
 
-/// Which columns hold what.
-#[derive(Debug, Clone, Copy)]
-struct Columns {
+/// Whether a line names columns, x, y and z among them.
+pub(super) fn names_columns(line: &str) -> bool {
+    Names::of(line).is_some()
+}
+
+/// A line of names.
+#[derive(Debug, Clone)]
+struct Names {
+    roles: Roles,
+    /// Whether tabs part its columns.
+    tabs: bool,
+}
+
+impl Names {
+    fn of(line: &str) -> Option<Self> {
+        let line = line.trim_start_matches(['#', '/', ' ', '\u{feff}']).trim_end();
+        let tabs = line.contains('\t') && !line.contains([',', ';']);
+        let names = Dialect::Point.columns(line, tabs);
+        let names: Vec<String> = names.iter().map(|t| unquoted(t).to_lowercase()).collect();
+        Roles::of(&names).map(|roles| Self { roles, tabs })
+    }
+}
+
+/// Which columns are kept.
+#[derive(Debug)]
+struct Layout {
     position: [usize; 3],
-    /// Columns that may hold colours from 0 to 255; kept only if all rows do.
-    color: Option<[usize; 3]>,
+    /// Beside the coordinates.
+    rest: Vec<usize>,
+    named: Option<Roles>,
 }
 
-impl Columns {
-    /// Without names: x y z, then r g b where there are six columns, or
-    /// intensity r g b where there are seven.
+/// Columns that are looked at where they have no names.
+const WIDEST: usize = 16;
+
+impl Layout {
+    /// Without names: x y z, then what the values will tell.
     fn by_position(count: usize) -> Self {
-        let color = match count {
-            6 => Some([3, 4, 5]),
-            7 => Some([4, 5, 6]),
-            _ => None,
-        };
-        Self { position: [0, 1, 2], color }
+        Self { position: [0, 1, 2], rest: (3..count.clamp(3, WIDEST)).collect(), named: None }
     }
 
-    /// From a header line, if it names x, y and z.
-    fn by_name(header: &str) -> Option<Self> {
-        let names: Vec<String> = header
-            .trim_start_matches(['#', '/', ' '])
-            .split(|c: char| c.is_whitespace() || c == ',' || c == ';')
-            .filter(|t| !t.is_empty())
-            .map(|t| t.trim_matches(['"', '\'']).to_ascii_lowercase())
-            .collect();
-        let find = |wanted: [&[&str]; 3]| -> Option<[usize; 3]> {
-            let at = |w: &[&str]| names.iter().position(|n| w.contains(&n.as_str()));
-            Some([at(wanted[0])?, at(wanted[1])?, at(wanted[2])?])
-        };
-        let position = find([&["x", "px", "x_m"], &["y", "py", "y_m"], &["z", "pz", "z_m"]])?;
-        let color = find([&["r", "red"], &["g", "green"], &["b", "blue"]]);
-        Some(Self { position, color })
+    fn by_name(roles: Roles) -> Self {
+        let mut rest: Vec<usize> = roles.normal.into_iter().flatten().collect();
+        match roles.color {
+            Some(Color::Channels(columns)) => rest.extend(columns),
+            Some(Color::Packed(column)) => rest.push(column),
+            None => {}
+        }
+        rest.extend(roles.label);
+        Self { position: roles.position, rest, named: Some(roles) }
     }
+
+    /// What the values of the kept columns say, row by row.
+    fn attributes(
+        &self,
+        values: &[f64],
+        words: &[String],
+        scalars_first: bool,
+        notes: &mut Vec<String>,
+    ) -> Attributes {
+        let width = self.rest.len();
+        let Some(roles) = self.named else {
+            return Nameless { values, width, scalars_first }.attributes(notes);
+        };
+        if width == 0 {
+            return Attributes::default();
+        }
+        let rows = || values.chunks_exact(width);
+        // In the order in which `by_name` put them.
+        let mut at = 0;
+        let mut found = Attributes::default();
+        let triples =
+            |at: usize| rows().map(|row| [row[at], row[at + 1], row[at + 2]].map(|v| v as f32)).collect();
+        if roles.normal.is_some() {
+            found.normals = columns::normals(triples(at));
+            at += 3;
+        }
+        match roles.color {
+            Some(Color::Channels(_)) => {
+                found.colors = columns::colors(&triples(at), false, notes);
+                at += 3;
+            }
+            Some(Color::Packed(_)) => {
+                let bytes = |bits: u32| [16, 8, 0].map(|shift| (bits >> shift & 0xff) as u8);
+                found.colors = Some(rows().map(|row| bytes(row[at] as u32)).collect());
+                at += 1;
+            }
+            None => {}
+        }
+        if roles.label.is_some() && words.len() == rows().len() {
+            found.labels = Some(numbered(words, notes));
+        } else if roles.label.is_some() {
+            let labels: Vec<f64> = rows().map(|row| row[at]).collect();
+            found.labels = columns::labels(&labels, notes);
+        }
+        found
+    }
+}
+
+/// Numbers for labels that are words, in the order of their first appearance.
+fn numbered(words: &[String], notes: &mut Vec<String>) -> Vec<i64> {
+    const MOST_SHOWN: usize = 12;
+    let mut numbers: HashMap<&str, i64> = HashMap::new();
+    let mut shown = Vec::new();
+    let mut labels = Vec::with_capacity(words.len());
+    for word in words {
+        let next = numbers.len() as i64;
+        let label = *numbers.entry(word).or_insert(next);
+        if label == next && shown.len() < MOST_SHOWN {
+            shown.push(format!("{label} {}", quoted(word)));
+        }
+        labels.push(label);
+    }
+    let more = if numbers.len() > shown.len() { ", …" } else { "" };
+    notes.push(format!("labels are words, which were numbered: {}{more}", shown.join(", ")));
+    labels
 }
 
 /// Parses the text. Blank lines and comments (`#`, `//`) are skipped, a first
@@ -102,22 +232,29 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
         .map(|piece| head.part(piece))
         .collect();
     let mut raw = Raw::default();
-    let mut colors: Vec<[u8; 3]> = Vec::new();
-    let mut line = head.lines;
+    let (mut rest, mut words) = (Vec::new(), Vec::new());
+    let (mut line, mut incomplete, mut announced) = (head.lines, 0, head.announced);
     raw.points.reserve_exact(parts.iter().flatten().map(|part| part.points.len()).sum());
+    rest.reserve_exact(parts.iter().flatten().map(|part| part.rest.len()).sum());
     for part in parts {
         let part = part.map_err(|fault| fault.after_lines(line))?;
         line += part.lines;
+        incomplete += part.incomplete;
+        announced = announced.map(|n| n.saturating_add(part.announced));
         raw.points.extend(part.points);
-        colors.extend(part.colors);
+        rest.extend(part.rest);
+        words.extend(part.words);
     }
     if raw.points.is_empty() {
         return Err(Fault::whole("it has no points; there should be one a line, as x y z"));
     }
-    if colors.len() == raw.points.len() && colors.iter().flatten().any(|&c| c > 1) {
-        raw.attributes.colors = Some(colors);
+    if incomplete == 0 {
+        raw.attributes = head.layout.attributes(&rest, &words, announced.is_some(), &mut raw.notes);
+    } else {
+        let lines = counted(incomplete, "line has", "lines have");
+        raw.notes.push(format!("{lines} fewer columns than the first: only coordinates were taken"));
     }
-    if let Some(count) = head.announced.filter(|&n| n != raw.points.len()) {
+    if let Some(count) = announced.filter(|&n| n != raw.points.len()) {
         raw.notes
             .push(format!("the first line announces {count} points, but there are {}", raw.points.len()));
     }
@@ -141,44 +278,54 @@ struct Head {
     lines: usize,
     announced: Option<usize>,
     dialect: Dialect,
-    columns: Columns,
+    /// Whether tabs part columns, so that these may be empty.
+    tabs: bool,
+    layout: Layout,
 }
 
 impl Head {
     fn of(text: &str) -> Self {
-        let mut named: Option<Columns> = None;
+        let mut named: Option<Names> = None;
         let mut announced: Option<usize> = None;
         let mut rows = 0;
         for (line_number, whole) in lines(text) {
             let line = trimmed(whole);
             if is_comment(line) {
-                named = named.or_else(|| Columns::by_name(line));
+                named = named.or_else(|| Names::of(line));
                 continue;
             }
             if line.is_empty() {
                 continue;
             }
             rows += 1;
-            if rows == 1 && !is_data(line) {
+            if rows <= 3 && !is_data(line) {
                 if let Ok(count) = line.parse::<usize>() {
                     announced = Some(count);
                     continue;
                 }
-                if line.chars().any(char::is_alphabetic)
-                    && Dialect::Point.columns(line).all(|t| number(t).is_none())
-                {
-                    named = Columns::by_name(line);
+                let names = Names::of(line);
+                let has_numbers =
+                    || Dialect::Point.columns(line, false).iter().any(|t| number(unquoted(t)).is_some());
+                // Below names there may be units; above them, a title.
+                let is_text =
+                    (rows == 1 || named.is_some()) && line.chars().any(char::is_alphabetic) && !has_numbers();
+                if names.is_some() || is_text {
+                    named = names.or(named);
                     continue;
                 }
             }
             let dialect = Dialect::of(line);
-            let columns = named.unwrap_or_else(|| Columns::by_position(dialect.columns(line).count()));
+            let tabs = named.as_ref().is_some_and(|names| names.tabs);
+            let layout = match &named {
+                Some(names) => Layout::by_name(names.roles),
+                None => Layout::by_position(dialect.columns(line, tabs).len()),
+            };
             // How far into the text this line starts.
             let length = whole.as_ptr() as usize - text.as_ptr() as usize;
-            return Self { length, lines: line_number - 1, announced, dialect, columns };
+            return Self { length, lines: line_number - 1, announced, dialect, tabs, layout };
         }
-        let (dialect, columns) = (Dialect::Point, Columns::by_position(3));
-        Self { length: text.len(), lines: 0, announced, dialect, columns }
+        let (dialect, layout) = (Dialect::Point, Layout::by_position(3));
+        Self { length: text.len(), lines: 0, announced, dialect, tabs: false, layout }
     }
 
     /// The points of a piece of text that ends with a line.
@@ -187,21 +334,31 @@ impl Head {
         let mut values = Vec::new();
         for (line_number, line) in lines(piece) {
             part.lines = line_number;
-            if !(self.dialect == Dialect::Point && plain_row(line.as_bytes(), &mut values)) {
-                let line = trimmed(line);
-                if line.is_empty() || is_comment(line) {
+            if !(self.dialect == Dialect::Point && self.plain_row(line.as_bytes(), &mut values)) {
+                if trimmed(line).is_empty() || is_comment(trimmed(line)) {
                     continue;
                 }
-                self.row(line, line_number, &mut values)?;
+                // A tab at the start may part an empty column from the next.
+                let line = if self.tabs { line } else { trimmed(line) };
+                part.words.extend(self.row(line, line_number, &mut values)?);
             }
-            let Some(position) = pick(&values, self.columns.position) else {
+            if let ([count], Some(_)) = (&values[..], self.announced)
+                && count.fract() == 0.0
+            {
+                // PTS of several scans has a count before each.
+                part.announced = part.announced.saturating_add(*count as usize);
+                continue;
+            }
+            let Some(position) = pick(&values, self.layout.position) else {
                 let found = counted(values.len(), "column", "columns");
                 let problem = format!("{found}, but a point needs three coordinates");
                 return Err(Fault::at_line(line_number, problem));
             };
             part.points.push(Point3::from(position));
-            if let Some(color) = self.columns.color.and_then(|c| pick(&values, c)).and_then(color_of_bytes) {
-                part.colors.push(color);
+            if self.layout.rest.iter().all(|&column| column < values.len()) {
+                part.rest.extend(self.layout.rest.iter().map(|&column| values[column]));
+            } else {
+                part.incomplete += 1;
             }
         }
         // What follows the last ending is the next piece's first line.
@@ -209,18 +366,52 @@ impl Head {
         Ok(part)
     }
 
-    /// The values of a line in any dialect.
-    fn row(&self, line: &str, line_number: usize, values: &mut Vec<f64>) -> Result<(), Fault> {
+    /// The values of a line in any dialect; also its label, if that is a word.
+    fn row(&self, line: &str, line_number: usize, values: &mut Vec<f64>) -> Result<Option<String>, Fault> {
+        let label = self.layout.named.and_then(|roles| roles.label);
+        let mut word = None;
         values.clear();
-        for token in self.dialect.columns(line) {
+        for token in self.dialect.columns(line, self.tabs) {
             let value = self.dialect.value(token);
             // Words in columns that aren't used (names of classes, say) do no harm.
-            if value.is_none() && self.columns.position.contains(&values.len()) {
+            if value.is_none() && self.layout.position.contains(&values.len()) {
                 return Err(not_a_number(line_number, token));
+            }
+            if value.is_none() && label == Some(values.len()) {
+                word = Some(unquoted(token).to_owned());
             }
             values.push(value.unwrap_or(f64::NAN));
         }
-        Ok(())
+        Ok(word)
+    }
+
+    /// The values of a line of plain numbers, parted by blanks, commas or
+    /// semicolons; `false` for a line with anything else, without a value, or
+    /// with an empty column.
+    fn plain_row(&self, line: &[u8], values: &mut Vec<f64>) -> bool {
+        values.clear();
+        // Whether a separator has been seen that a column must follow.
+        let mut is_open = true;
+        let mut rest = line;
+        while let [first, tail @ ..] = rest {
+            match first {
+                b',' | b';' if is_open => return false,
+                b'\t' if self.tabs && is_open => return false,
+                b',' | b';' => (is_open, rest) = (true, tail),
+                b'\t' if self.tabs => (is_open, rest) = (true, tail),
+                b' ' | b'\t' => rest = tail,
+                _ => {
+                    let end = rest.iter().position(|b| matches!(b, b' ' | b'\t' | b',' | b';'));
+                    let (token, tail) = rest.split_at(end.unwrap_or(rest.len()));
+                    match plain_number(token) {
+                        Some(value) => values.push(value),
+                        None => return false,
+                    }
+                    (is_open, rest) = (false, tail);
+                }
+            }
+        }
+        !values.is_empty()
     }
 }
 
@@ -228,23 +419,15 @@ impl Head {
 #[derive(Debug, Default)]
 struct Part {
     points: Vec<Point3<f64>>,
-    colors: Vec<[u8; 3]>,
+    /// Columns beside the coordinates, of the rows that have them.
+    rest: Vec<f64>,
+    incomplete: usize,
+    /// Labels that are no numbers.
+    words: Vec<String>,
+    /// Points that counts in between announce.
+    announced: usize,
     /// Line endings.
     lines: usize,
-}
-
-/// The values of a line of plain numbers, parted by blanks, commas or
-/// semicolons; `false` for a line with anything else, or without a value.
-fn plain_row(line: &[u8], values: &mut Vec<f64>) -> bool {
-    values.clear();
-    let tokens = line.split(|b| matches!(b, b' ' | b'\t' | b',' | b';')).filter(|token| !token.is_empty());
-    for token in tokens {
-        match plain_number(token) {
-            Some(value) => values.push(value),
-            None => return false,
-        }
-    }
-    !values.is_empty()
 }
 
 fn not_a_number(line: usize, token: &str) -> Fault {
@@ -255,9 +438,4 @@ fn not_a_number(line: usize, token: &str) -> Fault {
 fn pick(values: &[f64], columns: [usize; 3]) -> Option<[f64; 3]> {
     let [a, b, c] = columns.map(|i| values.get(i).copied());
     Some([a?, b?, c?])
-}
-
-/// A colour whose channels are whole numbers from 0 to 255.
-fn color_of_bytes(values: [f64; 3]) -> Option<[u8; 3]> {
-    values.iter().all(|v| v.fract() == 0.0 && (0.0..=255.0).contains(v)).then(|| values.map(|v| v as u8))
 }

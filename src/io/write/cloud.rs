@@ -9,6 +9,7 @@ use super::Outcome;
 use super::atomic::unfit;
 use super::formats::ExportOptions;
 use super::npy::Npz;
+use super::parts::rounding;
 use crate::geometry::palette::UNASSIGNED_COLOR;
 use crate::inference::UNASSIGNED;
 use crate::io::ShapeGeometry;
@@ -129,10 +130,6 @@ impl<'a> SegmentedCloud<'a> {
 
     pub(super) fn pcd(&self, w: &mut impl Write, options: &ExportOptions) -> io::Result<()> {
         let doubles = options.doubles;
-        let far = |c: &f64| c.is_finite() && !(*c as f32).is_finite();
-        if !doubles && self.points.iter().any(|p| p.iter().any(far)) {
-            return Err(unfit("a point is too far off for single precision; ask for double precision"));
-        }
         let place = if doubles { ('F', 8) } else { ('F', 4) };
         let mut fields = vec![("x", place), ("y", place), ("z", place)];
         if self.colors.is_some() {
@@ -228,6 +225,11 @@ impl<'a> SegmentedCloud<'a> {
         npz.finish()
     }
 
+    /// What becomes of the points in single precision.
+    pub(super) fn single_precision(&self) -> io::Result<Option<String>> {
+        rounding(self.points.iter())
+    }
+
     fn has(&self, group: Group) -> bool {
         match group {
             Group::Place | Group::Label => true,
@@ -270,19 +272,6 @@ impl<'a> SegmentedCloud<'a> {
         }
         w.write_all(b"\n")
     }
-
-    /// Bytes that a line of text takes, on average over some of them.
-    pub(super) fn mean_row(&self, order: &Order) -> u64 {
-        const SAMPLES: usize = 64;
-        let groups: Vec<Group> = order.0.iter().copied().filter(|group| self.has(*group)).collect();
-        let count = self.points.len().min(SAMPLES);
-        let mut text = Vec::new();
-        for k in 0..count {
-            // A vector takes everything.
-            let _ = self.row(&mut text, " ", &groups, k * self.points.len() / count);
-        }
-        (text.len() / count.max(1)) as u64
-    }
 }
 
 /// Columns that belong together.
@@ -310,13 +299,23 @@ impl Group {
 }
 
 /// The order of the columns in a text.
-pub(super) struct Order([Group; 6]);
+struct Order([Group; 6]);
 
 impl Order {
-    pub(super) const PLY: Self =
+    const PLY: Self =
         Self([Group::Place, Group::Color, Group::Label, Group::Normal, Group::InputLabel, Group::InputColor]);
-    pub(super) const LABEL_LAST: Self =
+    const LABEL_LAST: Self =
         Self([Group::Place, Group::Normal, Group::Color, Group::InputColor, Group::InputLabel, Group::Label]);
+}
+
+/// Characters that the places of a point take in a text, on average over some
+/// of them.
+pub(super) fn mean_place(points: &[Point3<f64>]) -> u64 {
+    const SAMPLES: usize = 64;
+    let count = points.len().clamp(1, SAMPLES);
+    let some = (0..count.min(points.len())).map(|k| points[k * points.len() / count]);
+    let characters: usize = some.flat_map(|p| [p.x, p.y, p.z]).map(|c| Text(c).to_string().len() + 1).sum();
+    (characters / count) as u64
 }
 
 /// A number as all readers take it: the shortest text that reads as the same

@@ -1,12 +1,15 @@
 //! Writing a result in a format of the registry.
 
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-use super::Outcome;
 use super::atomic::Together;
-use super::cloud::{Order, SegmentedCloud};
+use super::cloud::{SegmentedCloud, mean_place};
 use super::formats::{ExportOptions, Format, Kind};
 use super::params::{PrimitiveSet, primitives_text};
+use super::parts::{Parts, input_mesh};
+use super::robot::{self, Robot};
+use super::{Outcome, glb, meshes};
 use crate::io::{ShapeGeometry, WriteError};
 
 /// What was written.
@@ -80,38 +83,62 @@ pub fn export_all(
 pub fn estimated_size(format: Format, options: &ExportOptions, outcome: &Outcome<'_>) -> u64 {
     let Outcome { shape, cloud, abstraction, .. } = outcome;
     let samples = cloud.points.len() as u64;
-    let points = match &shape.geometry {
-        ShapeGeometry::Mesh(_) => samples,
-        ShapeGeometry::Cloud(input) => input.points.len() as u64,
+    let (points, vertices, faces) = match &shape.geometry {
+        ShapeGeometry::Mesh(mesh) => (&cloud.points, &mesh.vertices, mesh.faces.len() as u64),
+        ShapeGeometry::Cloud(input) => (&input.points, &input.points, 0),
     };
+    let count = points.len() as u64;
     let primitives = abstraction.primitives.len() as u64;
     let own = match &shape.geometry {
         ShapeGeometry::Mesh(_) => None,
         ShapeGeometry::Cloud(_) => options.input_attributes.then_some(&shape.attributes),
     };
-    let (normals, labels, colors) = own.map_or((0, 0, 0), |a| {
-        let one = |there: bool| u64::from(there);
-        (one(a.normals.is_some()), one(a.labels.is_some()), one(a.colors.is_some()))
-    });
-    let shown = u64::from(options.colors);
-    let row = |order: &Order| SegmentedCloud::new(outcome, options).map_or(0, |c| c.mean_row(order));
+    let one = |there: bool| u64::from(there);
+    let (normals, labels, tints) = own
+        .map_or((0, 0, 0), |a| (one(a.normals.is_some()), one(a.labels.is_some()), one(a.colors.is_some())));
+    let shown = one(options.colors);
+    let row = || mean_place(points) + 3 + 12 * shown + 36 * normals + 4 * labels + 12 * tints;
+    let surface = options.surface();
+    let (v, f) = match format.kind() {
+        Kind::Scene => (primitives * surface.vertices() as u64, primitives * surface.faces_len() as u64),
+        // How much cutting adds depends on the boundaries.
+        _ if options.split_boundaries => (vertices.len() as u64 + 8 * samples, faces + 16 * samples),
+        _ => (vertices.len() as u64, faces),
+    };
+    // Bytes of a normal, of a place as text, of a number as text.
+    let normal = one(format.kind() == Kind::Scene);
+    let place = if normal == 1 { 57 } else { mean_place(vertices) };
+    let digits = 1 + u64::from(v.max(1).ilog10());
     match format {
         Format::CloudPly if options.binary => {
-            points * (28 + 3 * shown + 12 * normals + 4 * labels + 3 * colors) + 400
+            count * (28 + 3 * shown + 12 * normals + 4 * labels + 3 * tints) + 400
         }
         Format::CloudPcd if options.binary => {
             let place = if options.doubles { 24 } else { 12 };
-            points * (place + 4 + 4 * shown + 12 * normals + 4 * labels) + 300
+            count * (place + 4 + 4 * shown + 12 * normals + 4 * labels) + 300
         }
-        Format::CloudPly | Format::CloudPcd | Format::CloudCsv => points * row(&Order::PLY) + 300,
-        Format::CloudXyz => points * row(&Order::LABEL_LAST) + 60,
+        Format::CloudPly | Format::CloudPcd | Format::CloudCsv | Format::CloudXyz => count * row() + 300,
         // Coordinates hardly shrink, labels and colours to a small part.
-        Format::CloudNpz => points * (23 + normals * 11 + labels + colors) + 1500,
+        Format::CloudNpz => count * (23 + normals * 11 + labels + tints) + 1500,
         Format::PrimitivesJson | Format::PrimitivesCsv => {
             primitives_text(format, &PrimitiveSet::from(outcome)).map_or(0, |text| text.len() as u64)
         }
         Format::PrimitivesNpz => 2500 + 23 * samples + 200 * primitives,
-        _ => 0,
+        Format::MeshPly | Format::SurfacesPly if options.binary => {
+            v * (24 + 12 * normal) + f * (17 + 3 * shown) + 400
+        }
+        Format::MeshPly | Format::SurfacesPly => {
+            v * (place + 36 * normal) + f * (3 * digits + 8 + 12 * shown) + 400
+        }
+        Format::MeshObj | Format::SurfacesObj => {
+            v * (place + 2 + 36 * normal)
+                + f * (3 * digits + 5 + (3 * digits + 6) * normal)
+                + 100 * primitives
+        }
+        Format::MeshGlb | Format::SurfacesGlb => v * (12 + 12 * normal) + f * 12 + 700 * primitives + 400,
+        Format::MeshStl | Format::SurfacesStl if options.binary => 84 + 50 * f,
+        Format::MeshStl | Format::SurfacesStl => f * (3 * place + 100),
+        Format::Urdf | Format::Mjcf => robot::size(primitives, options),
     }
 }
 
@@ -129,6 +156,18 @@ impl<'a> Source<'a> {
             Self::Primitives(set) => *set,
         }
     }
+
+    fn outcome(self, path: &Path, format: Format) -> Result<&'a Outcome<'a>, WriteError> {
+        match self {
+            Self::Outcome(outcome) => Ok(outcome),
+            Self::Primitives(_) => Err(WriteError::OnlyPrimitives { path: path.to_owned(), format }),
+        }
+    }
+}
+
+/// What can't be written says so of its file.
+fn content(path: &Path) -> impl Fn(io::Error) -> WriteError {
+    move |e| WriteError::Content { path: path.to_owned(), problem: e.to_string() }
 }
 
 /// Files that are being written, and what there is to say of them.
@@ -154,7 +193,21 @@ impl Writing {
         match format.kind() {
             Kind::Cloud => self.cloud(path, format, options, source),
             Kind::Primitives => self.primitives(path, format, &source.primitives()),
-            Kind::Mesh | Kind::Scene => Err(WriteError::UnknownFormat { path: path.to_owned() }),
+            Kind::Mesh => {
+                let outcome = source.outcome(path, format)?;
+                let mesh = input_mesh(outcome)
+                    .ok_or_else(|| WriteError::NeedsMesh { path: path.to_owned(), format })?;
+                let parts = Parts::of_mesh(mesh, outcome, options).map_err(content(path))?;
+                self.parts(path, format, options, &parts)
+            }
+            Kind::Scene if matches!(format, Format::Urdf | Format::Mjcf) => {
+                self.robot(path, format, options, &source.primitives())
+            }
+            Kind::Scene => {
+                let set = source.primitives();
+                let parts = Parts::of_primitives(&set, options.surface()).map_err(content(path))?;
+                self.parts(path, format, options, &parts)
+            }
         }
     }
 
@@ -165,19 +218,75 @@ impl Writing {
         options: &ExportOptions,
         source: Source<'_>,
     ) -> Result<(), WriteError> {
-        let Source::Outcome(outcome) = source else {
-            return Err(WriteError::OnlyPrimitives { path: path.to_owned(), format });
-        };
-        self.files.stage(path, |w| {
-            let cloud = SegmentedCloud::new(outcome, options)?;
-            match format {
-                Format::CloudCsv => cloud.csv(w),
-                Format::CloudXyz => cloud.xyz(w),
-                Format::CloudPcd => cloud.pcd(w, options),
-                Format::CloudNpz => cloud.npz(w),
-                _ => cloud.ply(w, options.binary),
-            }
+        let outcome = source.outcome(path, format)?;
+        let cloud = SegmentedCloud::new(outcome, options).map_err(content(path))?;
+        if format == Format::CloudPcd && !options.doubles {
+            self.notes.extend(cloud.single_precision().map_err(content(path))?);
+        }
+        self.files.stage(path, |w| match format {
+            Format::CloudCsv => cloud.csv(w),
+            Format::CloudXyz => cloud.xyz(w),
+            Format::CloudPcd => cloud.pcd(w, options),
+            Format::CloudNpz => cloud.npz(w),
+            _ => cloud.ply(w, options.binary),
         })
+    }
+
+    /// A mesh in parts, of the input or of the primitives.
+    fn parts(
+        &mut self,
+        path: &Path,
+        format: Format,
+        options: &ExportOptions,
+        parts: &Parts,
+    ) -> Result<(), WriteError> {
+        let ExportOptions { binary, colors, .. } = *options;
+        match format {
+            Format::MeshPly | Format::SurfacesPly => {
+                self.files.stage(path, |w| meshes::ply(w, parts, binary, colors))
+            }
+            Format::MeshGlb | Format::SurfacesGlb => {
+                self.notes.extend(glb::single_precision(parts).map_err(content(path))?);
+                self.files.stage(path, |w| glb::glb(w, parts, colors))
+            }
+            Format::MeshStl | Format::SurfacesStl if !binary => {
+                self.files.stage(path, |w| meshes::stl_text(w, parts))
+            }
+            Format::MeshStl | Format::SurfacesStl => {
+                self.notes.extend(parts.single_precision().map_err(content(path))?);
+                self.files.stage(path, |w| meshes::stl_binary(w, parts, colors))
+            }
+            _ => {
+                let materials = path.with_extension("mtl");
+                let name = materials.file_name().map(|n| n.to_string_lossy().into_owned());
+                let name = name.filter(|_| colors);
+                self.files.stage(path, |w| meshes::obj(w, parts, name.as_deref()))?;
+                if colors {
+                    self.files.stage(&materials, |w| meshes::mtl(w, parts))?;
+                }
+                Ok(())
+            }
+        }
+    }
+
+    fn robot(
+        &mut self,
+        path: &Path,
+        format: Format,
+        options: &ExportOptions,
+        set: &PrimitiveSet<'_>,
+    ) -> Result<(), WriteError> {
+        let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+        let robot = Robot::new(set, options, &stem).map_err(content(path))?;
+        let text = if format == Format::Urdf { robot.urdf() } else { robot.mjcf() };
+        self.files.stage(path, |w| w.write_all(text.as_bytes()))?;
+        let folder = path.with_file_name(&robot.folder);
+        self.files.folder(&folder)?;
+        for (name, mesh) in robot.meshes() {
+            self.files.stage(&folder.join(name), |w| meshes::stl_binary(w, mesh, false))?;
+        }
+        self.notes.extend(robot.notes());
+        Ok(())
     }
 
     fn primitives(&mut self, path: &Path, format: Format, set: &PrimitiveSet<'_>) -> Result<(), WriteError> {

@@ -203,15 +203,25 @@ struct About {
 }
 
 impl Format {
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 18] = [
         Self::CloudPly,
         Self::CloudCsv,
         Self::CloudXyz,
         Self::CloudPcd,
         Self::CloudNpz,
+        Self::MeshPly,
+        Self::MeshObj,
+        Self::MeshGlb,
+        Self::MeshStl,
         Self::PrimitivesJson,
         Self::PrimitivesNpz,
         Self::PrimitivesCsv,
+        Self::SurfacesGlb,
+        Self::SurfacesObj,
+        Self::SurfacesPly,
+        Self::SurfacesStl,
+        Self::Urdf,
+        Self::Mjcf,
     ];
 
     fn about(self) -> About {
@@ -419,8 +429,9 @@ impl Format {
     }
 
     /// The format of a file by its ending, among those of a kind. Without a
-    /// kind by the name, too: `segmented…` and `cloud…` are clouds, `mesh…`
-    /// meshes, all others primitives, as numbers before bodies.
+    /// kind by the name, too: where a word of it is `segmented` or `cloud` it is
+    /// a cloud, where one is `mesh` or `parts` a segmented mesh; all others are
+    /// primitives, as numbers before bodies.
     pub fn from_path(path: &Path, kind: Option<Kind>) -> Option<Self> {
         let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
         let of = |kind: Kind| Self::of_kind(kind).find(|format| format.ending() == ending);
@@ -428,11 +439,15 @@ impl Format {
             return of(kind);
         }
         let stem = path.file_stem()?.to_string_lossy().to_ascii_lowercase();
-        if stem.starts_with("mesh") {
-            return of(Kind::Mesh);
-        }
-        if stem.starts_with("segmented") || stem.starts_with("cloud") {
-            return of(Kind::Cloud);
+        let mut words = stem.split(|c: char| !c.is_alphanumeric());
+        let named = words.find_map(|word| match word {
+            "segmented" | "cloud" => Some(Kind::Cloud),
+            "mesh" | "parts" => Some(Kind::Mesh),
+            "primitives" => Some(Kind::Primitives),
+            _ => None,
+        });
+        if let Some(kind @ (Kind::Cloud | Kind::Mesh)) = named {
+            return of(kind);
         }
         // What no primitives are written as can only be a cloud: .xyz, .pcd.
         of(Kind::Primitives).or_else(|| of(Kind::Scene)).or_else(|| of(Kind::Cloud))
@@ -468,8 +483,14 @@ mod tests {
         for (name, format) in [
             ("segmented.ply", Format::CloudPly),
             ("cloud.NPZ", Format::CloudNpz),
+            ("mesh.glb", Format::MeshGlb),
+            ("chair-parts.stl", Format::MeshStl),
+            ("chair-segmented.npz", Format::CloudNpz),
             ("primitives.npz", Format::PrimitivesNpz),
             ("out/chair.csv", Format::PrimitivesCsv),
+            ("chair.glb", Format::SurfacesGlb),
+            ("robot.urdf", Format::Urdf),
+            ("robot.xml", Format::Mjcf),
             ("chair.pcd", Format::CloudPcd),
         ] {
             assert_eq!(Format::from_path(Path::new(name), None), Some(format), "{name}");

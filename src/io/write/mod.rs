@@ -5,9 +5,13 @@ mod atomic;
 mod cloud;
 mod export;
 mod formats;
+mod glb;
+mod meshes;
 mod npy;
 mod params;
+mod parts;
 mod report;
+mod robot;
 
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};

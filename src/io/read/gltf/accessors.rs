@@ -84,7 +84,7 @@ struct Place {
 }
 
 impl<'a> Data<'a> {
-    pub(super) fn new(root: &'a Root, blob: Option<&'a [u8]>, folder: &Path) -> Result<Self, Fault> {
+    pub(super) fn new(root: &'a Root, blob: Option<&'a [u8]>, folder: Option<&Path>) -> Result<Self, Fault> {
         let buffers =
             root.buffers.iter().enumerate().map(|(i, buffer)| buffers::load(i, buffer, blob, folder));
         Ok(Self { root, buffers: buffers.collect::<Result<_, _>>()? })

@@ -53,7 +53,7 @@ pub(super) fn load<'a>(
     index: usize,
     buffer: &Buffer,
     blob: Option<&'a [u8]>,
-    folder: &Path,
+    folder: Option<&Path>,
 ) -> Result<Cow<'a, [u8]>, Fault> {
     let Some(uri) = &buffer.uri else {
         return blob
@@ -72,6 +72,10 @@ pub(super) fn load<'a>(
             format!("its buffer {} lies elsewhere; save it beside the file or embed it", quoted(uri));
         return Err(Fault::whole(problem));
     }
+    let Some(folder) = folder else {
+        let problem = format!("its buffer {} is a file of its own; embed it", quoted(uri));
+        return Err(Fault::whole(problem));
+    };
     let problem = |e| Fault::whole(format!("it needs a second file, its buffer: {e}"));
     content(&folder.join(name)).map(Cow::Owned).map_err(problem)
 }
@@ -101,7 +105,7 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// `a%20b` becomes `a b`.
-fn percent_decoded(uri: &str) -> String {
+pub(crate) fn percent_decoded(uri: &str) -> String {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let [first, tail @ ..] = rest {

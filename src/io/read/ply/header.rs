@@ -1,6 +1,7 @@
 //! The header of a PLY file.
 
 use crate::io::error::Fault;
+use crate::io::read::scalar::Scalar;
 use crate::io::read::text::quoted;
 
 /// A longer header is no header.
@@ -12,43 +13,21 @@ pub(super) enum Encoding {
     Binary { big_endian: bool },
 }
 
-/// The type of a number.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scalar {
-    I8,
-    U8,
-    I16,
-    U16,
-    I32,
-    U32,
-    F32,
-    F64,
-}
-
-impl Scalar {
-    fn named(name: &str) -> Option<Self> {
-        Some(match name {
-            "char" | "int8" => Self::I8,
-            "uchar" | "uint8" => Self::U8,
-            "short" | "int16" => Self::I16,
-            "ushort" | "uint16" => Self::U16,
-            "int" | "int32" => Self::I32,
-            "uint" | "uint32" => Self::U32,
-            "float" | "float32" => Self::F32,
-            "double" | "float64" => Self::F64,
-            _ => return None,
-        })
-    }
-
-    /// Size in bytes.
-    pub(super) fn size(self) -> usize {
-        match self {
-            Self::I8 | Self::U8 => 1,
-            Self::I16 | Self::U16 => 2,
-            Self::I32 | Self::U32 | Self::F32 => 4,
-            Self::F64 => 8,
-        }
-    }
+/// The type that a name stands for.
+fn scalar(name: &str) -> Option<Scalar> {
+    Some(match name {
+        "char" | "int8" => Scalar::I8,
+        "uchar" | "uint8" => Scalar::U8,
+        "short" | "int16" => Scalar::I16,
+        "ushort" | "uint16" => Scalar::U16,
+        "int" | "int32" => Scalar::I32,
+        "uint" | "uint32" => Scalar::U32,
+        "int64" => Scalar::I64,
+        "uint64" => Scalar::U64,
+        "float" | "float32" => Scalar::F32,
+        "double" | "float64" => Scalar::F64,
+        _ => return None,
+    })
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -177,13 +156,13 @@ impl Header {
 fn property(words: &[&str]) -> Option<Property> {
     let (kind, name) = match words {
         ["list", count, item, name @ ..] => {
-            let count = Scalar::named(count)?;
-            if matches!(count, Scalar::F32 | Scalar::F64) {
+            let count = scalar(count)?;
+            if count.is_float() {
                 return None;
             }
-            (Kind::List { count, item: Scalar::named(item)? }, name)
+            (Kind::List { count, item: scalar(item)? }, name)
         }
-        [scalar, name @ ..] => (Kind::Scalar(Scalar::named(scalar)?), name),
+        [kind, name @ ..] => (Kind::Scalar(scalar(kind)?), name),
         [] => return None,
     };
     (!name.is_empty()).then(|| Property { name: name.join(" ").to_ascii_lowercase(), kind })

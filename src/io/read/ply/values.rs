@@ -1,7 +1,8 @@
 //! The numbers of a PLY file's body, one after another.
 
-use super::header::{Element, Kind, Scalar};
+use super::header::{Element, Kind};
 use crate::io::error::Fault;
+use crate::io::read::scalar::Scalar;
 use crate::io::read::text::{number, quoted};
 
 /// A body that is read from front to back.
@@ -138,23 +139,8 @@ impl<'a> BinaryValues<'a> {
 
     #[inline]
     fn scalar(&mut self, scalar: Scalar) -> Result<f64, Fault> {
-        let mut eight = [0; 8];
-        let size = scalar.size();
-        eight[..size].copy_from_slice(self.take(size)?);
-        if self.big_endian {
-            eight[..size].reverse();
-        }
-        let [a, b, c, d, ..] = eight;
-        Ok(match scalar {
-            Scalar::I8 => f64::from(a as i8),
-            Scalar::U8 => f64::from(a),
-            Scalar::I16 => f64::from(i16::from_le_bytes([a, b])),
-            Scalar::U16 => f64::from(u16::from_le_bytes([a, b])),
-            Scalar::I32 => f64::from(i32::from_le_bytes([a, b, c, d])),
-            Scalar::U32 => f64::from(u32::from_le_bytes([a, b, c, d])),
-            Scalar::F32 => f64::from(f32::from_le_bytes([a, b, c, d])),
-            Scalar::F64 => f64::from_le_bytes(eight),
-        })
+        let big_endian = self.big_endian;
+        self.take(scalar.size()).map(|bytes| scalar.value(bytes, big_endian))
     }
 }
 

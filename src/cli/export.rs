@@ -1,0 +1,283 @@
+//! `superform export`: a result in other formats.
+
+use std::fmt::Write as _;
+use std::path::{Path, PathBuf};
+use std::process::ExitCode;
+use std::sync::Arc;
+
+use anyhow::{Context, bail};
+use clap::Args;
+
+use super::Request;
+use super::interrupt::until_done_or_interrupted;
+use super::say;
+use crate::geometry::palette::Colors;
+use crate::geometry::{SampleCloud, SampledPart, SamplingOptions};
+use crate::inference::{Abstraction, Figures, Params, Phase, UNASSIGNED};
+use crate::io::{
+    self, ExportOptions, Format, Kind, Outcome, SEGMENTED_FILE, Shape, ShapeGeometry, StoredPrimitives,
+};
+
+#[derive(Debug, Args)]
+pub(super) struct ExportArgs {
+    /// Folder of a run, or a file of primitives (JSON, NPZ or CSV)
+    #[arg(required_unless_present = "list")]
+    result: Option<PathBuf>,
+    /// Files to write; their endings tell the format, and so do words in their names: segmented or
+    /// cloud, mesh or parts, else primitives
+    #[arg(short, long, value_name = "FILE", num_args = 1.., required_unless_present = "list")]
+    output: Vec<PathBuf>,
+    /// Format of the files, by its name in --list, whatever they are called
+    #[arg(long, value_name = "NAME")]
+    format: Option<String>,
+    /// The shape that was abstracted: segmented meshes need it
+    #[arg(long, value_name = "FILE")]
+    shape: Option<PathBuf>,
+    /// Which shape of an NPZ with several, from 0
+    #[arg(long, value_name = "N")]
+    index: Option<usize>,
+    /// Print the formats, a line each, and do nothing else
+    #[arg(long)]
+    list: bool,
+    #[command(flatten)]
+    options: OptionArgs,
+}
+
+/// What [`ExportOptions`] holds, as options.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Options of some formats")]
+struct OptionArgs {
+    /// Write text where the format has a text form, too
+    #[arg(long)]
+    text: bool,
+    /// Leave the colours out
+    #[arg(long)]
+    no_colors: bool,
+    /// Leave out the input's own normals, colours and labels
+    #[arg(long)]
+    no_input_attributes: bool,
+    /// PCD: places in double precision, which PCL and Open3D don't read
+    #[arg(long)]
+    doubles: bool,
+    /// Segmented meshes: cut faces along the boundaries of the parts
+    #[arg(long)]
+    split_boundaries: bool,
+    /// Pieces of a quarter turn of a primitive's surface, from 2 to 128
+    #[arg(long, value_name = "N", default_value_t = ExportOptions::default().resolution)]
+    resolution: usize,
+    /// Robot models: meshes also for spheres, boxes and cylinders
+    #[arg(long)]
+    no_exact_shapes: bool,
+    /// Robot models: kilograms a cubic unit of the input
+    #[arg(long, value_name = "D", default_value_t = ExportOptions::default().density)]
+    density: f64,
+}
+
+impl OptionArgs {
+    fn resolve(&self) -> Result<ExportOptions, String> {
+        let options = ExportOptions {
+            binary: !self.text,
+            colors: !self.no_colors,
+            input_attributes: !self.no_input_attributes,
+            doubles: self.doubles,
+            split_boundaries: self.split_boundaries,
+            resolution: self.resolution,
+            exact_shapes: !self.no_exact_shapes,
+            density: self.density,
+        };
+        options.check().map(|()| options)
+    }
+}
+
+impl ExportArgs {
+    pub(super) fn resolve(self) -> Result<Request, String> {
+        let options = self.options.resolve()?;
+        let named = self
+            .format
+            .map(|name| Format::by_name(&name).ok_or_else(|| format!("{name} is no format; see --list")))
+            .transpose()?;
+        let target = |path: PathBuf| match named.or_else(|| Format::from_path(&path, None)) {
+            Some(format) => Ok((path, format)),
+            None => Err(format!(
+                "{} does not tell its format by its ending; name one of --list with --format",
+                path.display()
+            )),
+        };
+        let Some(result) = self.result.filter(|_| !self.list) else {
+            return Ok(Request::Export(ExportJob::List));
+        };
+        let targets = self.output.into_iter().map(target).collect::<Result<Vec<_>, _>>()?;
+        let (shape, index) = (self.shape, self.index);
+        Ok(Request::Export(ExportJob::Write(WriteJob { result, targets, shape, index, options })))
+    }
+}
+
+/// What `superform export` is to do.
+#[derive(Debug, Clone, PartialEq)]
+pub enum ExportJob {
+    /// Print the formats.
+    List,
+    Write(WriteJob),
+}
+
+/// Files to be written of a result.
+#[derive(Debug, Clone, PartialEq)]
+pub struct WriteJob {
+    pub result: PathBuf,
+    pub targets: Vec<(PathBuf, Format)>,
+    /// The shape that was abstracted.
+    pub shape: Option<PathBuf>,
+    /// Place of the shape in a file with several.
+    pub index: Option<usize>,
+    pub options: ExportOptions,
+}
+
+impl ExportJob {
+    /// Does the job: names of the files, or the list, go to standard output,
+    /// notes to standard error.
+    pub fn run(&self) -> ExitCode {
+        until_done_or_interrupted(|_| match self {
+            Self::List => Ok(list()),
+            Self::Write(job) => job.work(),
+        })
+    }
+}
+
+/// The formats by kind, a line each.
+fn list() -> String {
+    let mut text = String::new();
+    for kind in Kind::ALL {
+        // Writing to a string can't fail.
+        let _ = writeln!(text, "{}{}", if text.is_empty() { "" } else { "\n" }, kind.title());
+        for format in Format::of_kind(kind) {
+            let _ = writeln!(text, "  {:<14}.{:<6}{}", format.name(), format.ending(), format.description());
+        }
+    }
+    text
+}
+
+/// A stored result with its points and their labels.
+struct Segmented {
+    shape: Shape,
+    cloud: SampleCloud,
+    abstraction: Abstraction,
+}
+
+impl WriteJob {
+    fn work(&self) -> anyhow::Result<String> {
+        let stored = io::read_primitives_of(&self.result, self.index)?;
+        for note in &stored.notes {
+            say(&format!("{}: {note}", stored.path.display()));
+        }
+        let colors = Colors::default();
+        let params = stored.params.unwrap_or_default();
+        let segmented = self.segmented(&stored)?;
+        let mut written = String::new();
+        for (path, format) in &self.targets {
+            let done = match &segmented {
+                Some(result) => {
+                    io::export(path, *format, &self.options, &result.outcome(&colors, &params, &stored))
+                }
+                None => io::export_primitives(path, *format, &self.options, &stored.set(&colors)),
+            }?;
+            for note in &done.notes {
+                say(&format!("{}: {note}", path.display()));
+            }
+            for file in done.files {
+                let _ = writeln!(written, "wrote {}", file.display());
+            }
+        }
+        Ok(written)
+    }
+
+    /// The result with its points, where something is to be written of them
+    /// and they are there.
+    fn segmented(&self, stored: &StoredPrimitives) -> anyhow::Result<Option<Segmented>> {
+        let is_asked = |(_, format): &(PathBuf, Format)| {
+            matches!(format.kind(), Kind::Cloud | Kind::Mesh) || *format == Format::PrimitivesNpz
+        };
+        let folder = stored.path.parent().unwrap_or(Path::new(""));
+        let path = folder.join(SEGMENTED_FILE);
+        if !self.targets.iter().any(is_asked) || !path.exists() {
+            return Ok(None);
+        }
+        let cloud = io::read(&path)?;
+        let ShapeGeometry::Cloud(points) = &cloud.geometry else {
+            bail!("{} holds a mesh; the segmented cloud of the run is needed", path.display());
+        };
+        let labels = cloud
+            .attributes
+            .labels
+            .as_ref()
+            .with_context(|| format!("{} holds no labels; run the shape again", path.display()))?;
+        let known = |&label: &i64| {
+            let id = u32::try_from(label).ok();
+            id.filter(|id| stored.primitives.iter().any(|p| p.id == *id)).unwrap_or(UNASSIGNED)
+        };
+        let labels: Vec<u32> = labels.iter().map(known).collect();
+        let shape = match &self.shape {
+            Some(path) => io::read(path)?,
+            // Its labels and colours are ours, and not the input's.
+            None => {
+                let attributes = io::Attributes { colors: None, labels: None, ..cloud.attributes.clone() };
+                Shape { attributes, ..cloud.clone() }
+            }
+        };
+        let samples = match &shape.geometry {
+            ShapeGeometry::Mesh(_) => {
+                SampleCloud { points: points.points.clone(), sample_of_input: None, part: SampledPart::Whole }
+            }
+            ShapeGeometry::Cloud(input) if input.points.len() == points.points.len() => {
+                SampleCloud::from_points(&input.points)
+            }
+            ShapeGeometry::Cloud(input) => bail!(
+                "{} has {} points, but {} has {}; give the shape that was abstracted",
+                shape.name,
+                input.points.len(),
+                path.display(),
+                points.points.len()
+            ),
+        };
+        let labels: Arc<[u32]> = match &samples.sample_of_input {
+            None => labels.into(),
+            // A point that is not finite is no sample.
+            Some(map) => {
+                let kept =
+                    map.iter().zip(&labels).filter(|(sample, _)| **sample != crate::geometry::NO_SAMPLE);
+                kept.map(|(_, label)| *label).collect()
+            }
+        };
+        let unassigned = labels.iter().filter(|&&l| l == UNASSIGNED).count();
+        let figures =
+            Figures { clusters: stored.primitives.len(), unassigned, mean_distance: 0.0, log_joint: None };
+        let abstraction = Abstraction {
+            phase: Phase::Finished,
+            iteration: 0,
+            labels,
+            pinned: [].into(),
+            primitives: stored.primitives.clone().into(),
+            figures,
+        };
+        Ok(Some(Segmented { shape, cloud: samples, abstraction }))
+    }
+}
+
+impl Segmented {
+    fn outcome<'a>(
+        &'a self,
+        colors: &'a Colors,
+        params: &'a Params,
+        stored: &StoredPrimitives,
+    ) -> Outcome<'a> {
+        let sampling =
+            SamplingOptions { seed: stored.sampling_seed.unwrap_or_default(), ..SamplingOptions::default() };
+        Outcome {
+            colors,
+            shape: &self.shape,
+            cloud: &self.cloud,
+            sampling,
+            params,
+            abstraction: &self.abstraction,
+        }
+    }
+}

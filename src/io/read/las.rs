@@ -1,0 +1,95 @@
+//! LAS and LAZ (airborne and terrestrial laser scans), through the crate las:
+//! coordinates in double precision, colours, classes as labels.
+//!
+//! The crate sets aside what headers announce, so that those are checked
+//! against the file first.
+
+use std::io::Cursor;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+
+use nalgebra::Point3;
+
+use super::most_unpacked;
+use super::raw::Raw;
+use crate::io::Attributes;
+use crate::io::error::Fault;
+use header::Header;
+
+mod header;
+
+/// Points that are unpacked at once.
+const BATCH: u64 = 1 << 16;
+
+pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
+    let header = Header::parse(bytes)?;
+    let size = header.points.saturating_mul(u64::from(header.record));
+    let room = (bytes.len() - header.offset) as u64 / u64::from(header.record);
+    if !header.is_compressed && header.points > room {
+        return Err(Fault::at_byte(
+            header.count_at,
+            format!(
+                "{} points of {} bytes are announced, but there is room for {room}; the file may have been cut short",
+                header.points, header.record
+            ),
+        ));
+    }
+    if header.is_compressed {
+        if size > most_unpacked(bytes.len()) {
+            let problem = format!(
+                "{} points are announced, too many for a file of {} bytes",
+                header.points,
+                bytes.len()
+            );
+            return Err(Fault::at_byte(header.count_at, problem));
+        }
+        header.check_compression(bytes)?;
+    }
+    if header.points == 0 {
+        return Err(Fault::at_byte(header.count_at, "no points are announced; export the scan again"));
+    }
+    // The decoder is another's, made for files that are whole: should it give
+    // up on a damaged one, that is a fault of the file.
+    let damaged = "the points can't be unpacked; the file is damaged: copy or export it again";
+    let source = header.without_appendix(bytes);
+    catch_unwind(AssertUnwindSafe(|| points(source, &header)))
+        .unwrap_or_else(|_| Err(Fault::at_byte(header.offset, damaged)))
+}
+
+fn points(source: Vec<u8>, header: &Header) -> Result<Raw, Fault> {
+    let unreadable =
+        |e: las::Error| Fault::whole(format!("the header can't be made out: {e}; export the scan again"));
+    let mut reader = las::Reader::new(Cursor::new(source)).map_err(unreadable)?;
+    let mut raw = Raw::default();
+    let (mut colors, mut labels) = (Vec::new(), Vec::new());
+    loop {
+        let done = raw.points.len();
+        let batch = reader.read_points(BATCH.min(header.points - done as u64)).map_err(|e| {
+            let problem = format!(
+                "of {} points that are announced, those from {done} on can't be read ({e}); \
+                 the file was cut short or damaged",
+                header.points
+            );
+            Fault::at_byte(header.offset, problem)
+        })?;
+        raw.points.extend(batch.x().zip(batch.y()).zip(batch.z()).map(|((x, y), z)| Point3::new(x, y, z)));
+        labels.extend(batch.classification().map(i64::from));
+        if let Some(rgb) = batch.rgb() {
+            colors.extend(rgb.map(|(r, g, b)| [r, g, b]));
+        }
+        if raw.points.len() as u64 >= header.points || raw.points.len() == done {
+            break;
+        }
+    }
+    // 0 and 1 stand for points that nobody classified.
+    let labels = labels.iter().any(|l| *l > 1).then_some(labels);
+    raw.attributes = Attributes { colors: bytes_of(&colors), normals: None, labels };
+    Ok(raw)
+}
+
+/// Colours of 16 bits a channel, of which many programs fill the lower 8 only;
+/// where all are 0, there are none.
+fn bytes_of(colors: &[[u16; 3]]) -> Option<Vec<[u8; 3]>> {
+    let largest = colors.iter().flatten().copied().max().filter(|max| *max > 0)?;
+    let byte = |v: u16| if largest > 255 { (f32::from(v) / 257.0).round() as u8 } else { v as u8 };
+    Some(colors.iter().map(|rgb| rgb.map(byte)).collect())
+}

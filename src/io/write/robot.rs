@@ -1,0 +1,373 @@
+//! Primitives as bodies of a simulator: URDF and MJCF, with the meshes that
+//! they refer to.
+
+use std::f64::consts::PI;
+use std::fmt::Write as _;
+use std::io;
+
+use nalgebra::{Isometry3, Point3, Vector3};
+
+use super::cloud::Text;
+use super::formats::ExportOptions;
+use super::params::{PrimitiveSet, checked, yaw_pitch_roll};
+use super::parts::{Part, Parts, closed};
+use crate::geometry::hull::convex_hull;
+use crate::geometry::tessellate::{Resolution, Surface, tessellate};
+use crate::geometry::{MassProperties, Superquadric};
+
+/// An exponent up to this counts as 0, one that is no farther from 1 as 1.
+const EXPONENT: f64 = 0.1;
+/// A taper up to this counts as none.
+const TAPER: f64 = 0.05;
+/// Semi-axes that differ by less than this part of them count as the same.
+const AXES: f64 = 0.05;
+/// A hull that is larger than the body by more than this part is told of.
+const HULL: f64 = 1e-3;
+/// What collisions are computed with: fine enough to hold 98 % of a sphere, and
+/// few enough vertices for any simulator.
+const COLLISION: Resolution = Resolution { profile: 6, section: 6 };
+/// Simulators take no mesh with more than 200,000 faces.
+const FINEST: usize = 96;
+
+/// A body that simulators know.
+#[derive(Debug, Clone, Copy, PartialEq)]
+enum Exact {
+    Ellipsoid(Vector3<f64>),
+    /// Half of its edges.
+    Box(Vector3<f64>),
+    /// Along local z.
+    Cylinder {
+        radius: f64,
+        half_length: f64,
+    },
+}
+
+impl Exact {
+    /// What the primitive is within the tolerances, if anything.
+    fn of(shape: &Superquadric) -> Option<Self> {
+        if shape.taper.iter().any(|k| k.abs() > TAPER) {
+            return None;
+        }
+        let [e1, e2] = shape.exponents;
+        let round = |e: f64| (e - 1.0).abs() <= EXPONENT;
+        let a = shape.semi_axes;
+        if round(e1) && round(e2) {
+            return Some(Self::Ellipsoid(a));
+        }
+        if e1 > EXPONENT {
+            return None;
+        }
+        if e2 <= EXPONENT {
+            return Some(Self::Box(a));
+        }
+        let is_circular = (a.x - a.y).abs() <= AXES * a.x.max(a.y);
+        (round(e2) && is_circular).then(|| Self::Cylinder { radius: (a.x * a.y).sqrt(), half_length: a.z })
+    }
+
+    /// The radius of an ellipsoid that is a sphere.
+    fn sphere(axes: &Vector3<f64>) -> Option<f64> {
+        (axes.max() - axes.min() <= AXES * axes.max()).then(|| axes.product().cbrt())
+    }
+
+    fn urdf(&self) -> Option<String> {
+        match self {
+            Self::Ellipsoid(axes) => Self::sphere(axes).map(|r| format!("<sphere radius=\"{}\"/>", Text(r))),
+            Self::Box(half) => Some(format!("<box size=\"{}\"/>", list((2.0 * half).iter()))),
+            Self::Cylinder { radius, half_length } => Some(format!(
+                "<cylinder radius=\"{}\" length=\"{}\"/>",
+                Text(*radius),
+                Text(2.0 * half_length)
+            )),
+        }
+    }
+
+    fn mjcf(&self) -> String {
+        match self {
+            Self::Ellipsoid(axes) => match Self::sphere(axes) {
+                Some(r) => format!("type=\"sphere\" size=\"{}\"", Text(r)),
+                None => format!("type=\"ellipsoid\" size=\"{}\"", list(axes.iter())),
+            },
+            Self::Box(half) => format!("type=\"box\" size=\"{}\"", list(half.iter())),
+            Self::Cylinder { radius, half_length } => {
+                format!("type=\"cylinder\" size=\"{}\"", list([radius, half_length].into_iter()))
+            }
+        }
+    }
+}
+
+/// A primitive as a body.
+struct Body {
+    name: String,
+    color: [u8; 3],
+    shape: Superquadric,
+    mass: f64,
+    /// Of density 1, in the primitive's frame.
+    properties: MassProperties,
+    density: f64,
+    exact: Option<Exact>,
+    /// Its surface and its convex hull, in the primitive's frame.
+    visual: Parts,
+    collision: Parts,
+    /// Where the hull is larger than the body: by which part of it.
+    excess: Option<f64>,
+}
+
+/// A robot model: the file, and the meshes in the folder beside it.
+pub(super) struct Robot {
+    name: String,
+    /// Name of the folder of the meshes.
+    pub(super) folder: String,
+    bodies: Vec<Body>,
+    colors: bool,
+}
+
+impl Robot {
+    /// The model of primitives, called by the file's name without its ending.
+    pub(super) fn new(set: &PrimitiveSet<'_>, options: &ExportOptions, stem: &str) -> io::Result<Self> {
+        let name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+        let fine = options.resolution.min(FINEST);
+        let bodies = set.primitives.iter().map(|primitive| {
+            let shape = checked(primitive)?.shape;
+            let local = Superquadric {
+                rotation: nalgebra::Rotation3::identity(),
+                translation: Vector3::zeros(),
+                ..shape
+            };
+            let properties = shape.mass_properties();
+            let coarse = tessellate(&local, COLLISION);
+            let hull = convex_hull(&coarse.vertices);
+            let hull = match hull {
+                Some(faces) => Surface { faces, ..coarse },
+                // So thin that it has no inside in double precision.
+                None => closed(&local, COLLISION),
+            };
+            let larger = volume(&hull) / properties.volume - 1.0;
+            let exact = Exact::of(&shape).filter(|_| options.exact_shapes);
+            Ok(Body {
+                name: format!("primitive_{}", primitive.id),
+                color: set.colors.of(primitive.id),
+                shape,
+                mass: properties.volume * options.density,
+                properties,
+                density: options.density,
+                exact,
+                visual: single(closed(&local, Resolution { profile: fine, section: fine })),
+                collision: single(hull),
+                excess: (larger > HULL).then_some(larger),
+            })
+        });
+        let bodies = bodies.collect::<io::Result<Vec<_>>>()?;
+        let name = if name.is_empty() { "superform".to_owned() } else { name };
+        Ok(Self { folder: format!("{name}_meshes"), name, bodies, colors: options.colors })
+    }
+
+    /// Names and content of the meshes.
+    pub(super) fn meshes(&self) -> impl Iterator<Item = (String, &Parts)> {
+        self.bodies.iter().flat_map(|body| {
+            [
+                (format!("{}.stl", body.name), &body.visual),
+                (format!("{}_collision.stl", body.name), &body.collision),
+            ]
+        })
+    }
+
+    /// What a person should know.
+    pub(super) fn notes(&self) -> Vec<String> {
+        let larger = self.bodies.iter().filter(|body| body.exact.is_none());
+        larger
+            .filter_map(|body| {
+                let percent = 100.0 * body.excess?;
+                Some(format!(
+                    "{} is not convex: its collision mesh is the convex hull, {percent:.1} % larger",
+                    body.name
+                ))
+            })
+            .collect()
+    }
+
+    fn about(&self) -> String {
+        format!(
+            "superform {}. Lengths in units of the input, taken as metres; masses and inertias are those of the \
+             exact solids, which may overlap. Collision meshes are convex hulls.",
+            env!("CARGO_PKG_VERSION")
+        )
+    }
+
+    /// A link a primitive, at its pose, all fixed to the link `base`.
+    pub(super) fn urdf(&self) -> String {
+        let mut text = String::new();
+        // Writing to a string can't fail.
+        let _ = write!(
+            text,
+            "<?xml version=\"1.0\"?>\n<!-- {} -->\n<robot name=\"{}\">\n  <link name=\"base\"/>\n",
+            self.about(),
+            self.name
+        );
+        for body in &self.bodies {
+            let name = &body.name;
+            let material = if self.colors {
+                format!(
+                    "\n      <material name=\"{name}\"><color rgba=\"{} 1\"/></material>",
+                    color(body.color)
+                )
+            } else {
+                String::new()
+            };
+            let mesh = |suffix: &str| format!("<mesh filename=\"{}/{name}{suffix}.stl\"/>", self.folder);
+            let collision = body.exact.and_then(|exact| exact.urdf());
+            let inertia = body.inertia();
+            let [yaw, pitch, roll] = yaw_pitch_roll(&body.shape.rotation);
+            let _ = write!(
+                text,
+                "{}  <link name=\"{name}\">\n    <inertial>\n      \
+                 <origin xyz=\"{}\" rpy=\"0 0 0\"/>\n      <mass value=\"{}\"/>\n      \
+                 <inertia ixx=\"{}\" iyy=\"{}\" izz=\"{}\" ixy=\"0\" ixz=\"0\" iyz=\"0\"/>\n    </inertial>\n    \
+                 <visual>\n      <geometry>{}</geometry>{material}\n    </visual>\n    \
+                 <collision>\n      <geometry>{}</geometry>\n    </collision>\n  </link>\n  \
+                 <joint name=\"{name}_joint\" type=\"fixed\">\n    <parent link=\"base\"/>\n    \
+                 <child link=\"{name}\"/>\n    <origin xyz=\"{}\" rpy=\"{}\"/>\n  </joint>\n",
+                body.remark("  "),
+                list(body.properties.centroid.iter()),
+                Text(body.mass),
+                Text(inertia.x),
+                Text(inertia.y),
+                Text(inertia.z),
+                mesh(""),
+                collision.unwrap_or_else(|| mesh("_collision")),
+                list(body.shape.translation.iter()),
+                list([roll, pitch, yaw].iter()),
+            );
+        }
+        text.push_str("</robot>\n");
+        text
+    }
+
+    /// One free body, in it a body a primitive, at its pose.
+    pub(super) fn mjcf(&self) -> String {
+        let mut text = String::new();
+        let _ = write!(
+            text,
+            "<!-- {} -->\n<mujoco model=\"{}\">\n  <compiler angle=\"radian\" meshdir=\"{}\"/>\n  \
+             <default>\n    <default class=\"visual\">\n      \
+             <geom type=\"mesh\" contype=\"0\" conaffinity=\"0\" group=\"2\"/>\n    </default>\n    \
+             <default class=\"collision\">\n      <geom group=\"3\"/>\n    </default>\n  </default>\n  <asset>\n",
+            self.about(),
+            self.name,
+            self.folder
+        );
+        for Body { name, .. } in &self.bodies {
+            for suffix in ["", "_collision"] {
+                let _ = writeln!(text, "    <mesh name=\"{name}{suffix}\" file=\"{name}{suffix}.stl\"/>");
+            }
+        }
+        let _ = write!(
+            text,
+            "  </asset>\n  <worldbody>\n    <body name=\"{}\">\n      <freejoint/>\n",
+            self.name
+        );
+        for body in &self.bodies {
+            let name = &body.name;
+            let frame = Isometry3::from_parts(
+                body.shape.translation.into(),
+                nalgebra::UnitQuaternion::from_rotation_matrix(&body.shape.rotation),
+            );
+            let q = frame.rotation.quaternion();
+            let rgba = if self.colors { format!(" rgba=\"{} 1\"", color(body.color)) } else { String::new() };
+            let collision = match body.exact {
+                Some(exact) => exact.mjcf(),
+                None => format!("type=\"mesh\" mesh=\"{name}_collision\""),
+            };
+            let _ = write!(
+                text,
+                "{}      <body name=\"{name}\" pos=\"{}\" quat=\"{}\">\n        \
+                 <inertial pos=\"{}\" mass=\"{}\" diaginertia=\"{}\"/>\n        \
+                 <geom class=\"visual\" name=\"{name}_visual\" mesh=\"{name}\"{rgba}/>\n        \
+                 <geom class=\"collision\" name=\"{name}_collision\" {collision}/>\n      </body>\n",
+                body.remark("      "),
+                list(body.shape.translation.iter()),
+                list([q.w, q.i, q.j, q.k].iter()),
+                list(body.properties.centroid.iter()),
+                Text(body.mass),
+                list(body.inertia().iter()),
+            );
+        }
+        text.push_str("    </body>\n  </worldbody>\n</mujoco>\n");
+        text
+    }
+}
+
+impl Body {
+    /// Principal moments about the centroid, along the primitive's axes.
+    fn inertia(&self) -> Vector3<f64> {
+        self.properties.inertia * self.density
+    }
+
+    /// A comment on what collisions are computed with.
+    fn remark(&self, indent: &str) -> String {
+        match (self.exact, self.excess) {
+            (None, Some(excess)) => format!(
+                "{indent}<!-- not convex: the collision mesh is its convex hull, {:.1} % larger -->\n",
+                100.0 * excess
+            ),
+            _ => String::new(),
+        }
+    }
+}
+
+/// Numbers with blanks between them.
+fn list<'a>(numbers: impl Iterator<Item = &'a f64>) -> String {
+    numbers.map(|n| Text(*n).to_string()).collect::<Vec<_>>().join(" ")
+}
+
+fn color(color: [u8; 3]) -> String {
+    color.map(|c| format!("{:.3}", f64::from(c) / 255.0)).join(" ")
+}
+
+/// A surface as a mesh of one part.
+fn single(surface: Surface) -> Parts {
+    let part = Part { label: 0, name: String::new(), color: [0; 3], frame: Isometry3::identity() };
+    Parts {
+        part_of_face: vec![0; surface.faces.len()],
+        vertices: surface.vertices,
+        normals: None,
+        faces: surface.faces,
+        parts: vec![part],
+    }
+}
+
+fn volume(surface: &Surface) -> f64 {
+    let at = |i: u32| -> Vector3<f64> { surface.vertices[i as usize] - Point3::origin() };
+    surface.faces.iter().map(|&[a, b, c]| at(a).dot(&at(b).cross(&at(c))) / 6.0).sum()
+}
+
+/// Bytes that a model takes, meshes and all.
+pub(super) fn size(primitives: u64, options: &ExportOptions) -> u64 {
+    let faces = |r: usize| (2 * (2 * r - 1) * 4 * r) as u64;
+    let round = PI / 4.0; // A part of the hull's points lies within flat faces.
+    let fine = options.resolution.next_multiple_of(2).min(FINEST);
+    primitives * (50 * faces(fine) + (round * 50.0 * faces(COLLISION.profile) as f64) as u64 + 1800) + 1200
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn shape(eps: [f64; 2], axes: [f64; 3], taper: [f64; 2]) -> Superquadric {
+        let sphere = Superquadric::sphere(Point3::origin(), 1.0);
+        Superquadric { exponents: eps, semi_axes: Vector3::from(axes), taper, ..sphere }
+    }
+
+    #[test]
+    fn bodies_that_simulators_know_are_told() {
+        let of = |eps, axes| Exact::of(&shape(eps, axes, [0.0, 0.03])).map(|e| e.mjcf());
+        assert_eq!(of([1.0, 0.95], [2.0; 3]).as_deref(), Some("type=\"sphere\" size=\"2\""));
+        assert_eq!(of([1.0, 1.05], [2.0, 1.0, 2.0]).as_deref(), Some("type=\"ellipsoid\" size=\"2 1 2\""));
+        assert_eq!(of([0.1, 0.05], [2.0, 1.0, 3.0]).as_deref(), Some("type=\"box\" size=\"2 1 3\""));
+        assert_eq!(of([0.1, 1.0], [2.0, 2.0, 3.0]).as_deref(), Some("type=\"cylinder\" size=\"2 3\""));
+        assert_eq!(of([0.1, 1.0], [2.0, 1.0, 3.0]), None);
+        assert_eq!(of([0.3, 0.1], [2.0, 1.0, 3.0]), None);
+        assert_eq!(Exact::of(&shape([1.0, 1.0], [1.0; 3], [0.06, 0.0])), None);
+        let ellipsoid = Exact::of(&shape([1.0, 1.0], [1.0, 2.0, 1.0], [0.0; 2])).and_then(|e| e.urdf());
+        assert_eq!(ellipsoid, None, "URDF has no ellipsoids");
+    }
+}
