@@ -251,7 +251,14 @@ impl Cli {
         let source = file.map_or(Source::BuiltIn, Source::File);
         if headless {
             let output = PathBuf::from(FALLBACK_FOLDER);
-            return Ok(Request::Headless(HeadlessJob { source, sampling, params, output, quiet: false }));
+            return Ok(Request::Headless(HeadlessJob {
+                source,
+                sampling,
+                params,
+                output,
+                exports: Vec::new(),
+                quiet: false,
+            }));
         }
         Ok(Request::Window(WindowRequest { source, sampling, params, screenshot, reset_layout }))
     }
@@ -288,7 +295,7 @@ pub fn instead_of_window(request: WindowRequest, why: &str) -> ExitCode {
     }
     say(&format!("{why}; doing the job without a window, results go to ./{FALLBACK_FOLDER}"));
     let output = PathBuf::from(FALLBACK_FOLDER);
-    HeadlessJob { source, sampling, params, output, quiet: false }.run()
+    HeadlessJob { source, sampling, params, output, exports: Vec::new(), quiet: false }.run()
 }
 
 /// Sends warnings (or what RUST_LOG asks for) to standard error, and warnings

@@ -393,6 +393,15 @@ fn tables_name_their_columns() {
         "//X Y Z R G B Scalar_Label\n3\n0 0 0 255 0 9 1.000000\n1 1 1 1 2 3 2.000000\n2 2 2 0 0 0 1.0\n",
     );
     assert_eq!((cc.colors.unwrap()[1], cc.labels), ([1, 2, 3], Some(vec![1, 2, 1])));
+    // As surveyors, Fortran and Python write them.
+    let text = "Point ID,East,North,Height\n7,1,2,3\n8,4,5,6\n";
+    assert_eq!(cloud_of("a.csv", text).0, [[1.0, 2.0, 3.0], [4.0, 5.0, 6.0]]);
+    for text in ["1D0 2.0D+00 3\n", "[1, 2, 3]\n", "(1 2 3)\n", "1|2|3\n", "1 2 3 # a comment\n"] {
+        let (points, shape) = cloud_of("a.txt", text);
+        assert_eq!((points, shape.notes.len()), (vec![[1.0, 2.0, 3.0]], 0), "{text}");
+    }
+    let notes = cloud_of("a.csv", "lat,lon,alt\n1,2,3\n4,5,6\n").1.notes;
+    assert_eq!(notes, ["no columns are named x, y and z: the first three were taken"]);
     // Words are numbered, and that is said.
     let shape = cloud_of("a.csv", "x,y,z,class\n0,0,0,wall\n1,1,1,roof\n2,2,2,wall\n").1;
     assert_eq!(shape.attributes.labels, Some(vec![0, 1, 0]));
@@ -457,4 +466,44 @@ fn meshes_keep_what_their_vertices_have() {
     let (_, found) = attributes("a.ply", ply);
     assert_eq!(found.colors.unwrap()[0], [255, 0, 1]);
     assert_eq!((found.normals.is_some(), found.labels), (true, Some(vec![4, 5, 4])));
+}
+
+// Our own exports
+
+/// What `export` writes of a run is read as the cloud that it was, with its
+/// labels, in every format.
+#[test]
+fn our_own_exports_come_back_with_their_labels() {
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name).display().to_string();
+    let superform = |arguments: &[&str]| {
+        let done =
+            std::process::Command::new(env!("CARGO_BIN_EXE_superform")).args(arguments).output().unwrap();
+        assert!(done.status.success(), "{arguments:?}: {}", String::from_utf8_lossy(&done.stderr));
+    };
+    // Two rods, a point that is nowhere in between.
+    let rod = |i: usize, x: f64| {
+        let a = i as f64 * 0.7;
+        format!("{} {} {}\n", x + a.cos(), a.sin(), 0.05 * (i % 100) as f64)
+    };
+    let text: String = (0..600)
+        .map(|i| rod(i, 0.0))
+        .chain(["nan 0 0\n".to_owned()])
+        .chain((0..600).map(|i| rod(i, 9.0)))
+        .collect();
+    std::fs::write(at("rods.xyz"), &text).unwrap();
+    superform(&["run", &at("rods.xyz"), "-o", &at("run")]);
+    let known = superform::io::read(&folder.path().join("run/segmented.ply")).unwrap();
+    let labels = known.attributes.labels.clone().unwrap();
+    assert_eq!((labels.len(), labels[600]), (1201, -1));
+    assert!(labels.iter().any(|l| *l >= 0), "something was found");
+    for name in ["segmented.pcd", "segmented.npz", "segmented.csv", "segmented.xyz", "segmented_2.ply"] {
+        superform(&["export", &at("run"), "-o", &at(name)]);
+        let bytes = std::fs::read(at(name)).unwrap();
+        // By its content alone.
+        let (points, shape) = cloud_of("it", bytes);
+        assert_eq!(points.len(), 1201, "{name}");
+        assert_eq!(shape.attributes.labels, Some(labels.clone()), "{name}");
+        assert_eq!(shape.attributes.colors, known.attributes.colors, "{name}");
+    }
 }

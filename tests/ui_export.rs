@@ -16,6 +16,9 @@ use ui_common::{Driver, Role, file, options};
 /// Opens the dialog and names the file.
 fn ask(driver: &mut Driver, format: &str, path: &Path) {
     driver.key(Modifiers::COMMAND, Key::E);
+    // The list is longer than the dialog.
+    driver.harness.get_by_role_and_label(Role::Button, format).scroll_to_me();
+    driver.harness.run_steps(8);
     driver.press(format);
     let field = driver.harness.get_by_role_and_label(Role::TextInput, "File");
     field.set_text_value_accesskit(path.to_str().unwrap());

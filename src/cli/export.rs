@@ -7,6 +7,7 @@ use std::sync::Arc;
 
 use anyhow::{Context, bail};
 use clap::Args;
+use nalgebra::Point3;
 
 use super::Request;
 use super::interrupt::until_done_or_interrupted;
@@ -15,7 +16,8 @@ use crate::geometry::palette::Colors;
 use crate::geometry::{SampleCloud, SampledPart, SamplingOptions};
 use crate::inference::{Abstraction, Figures, Params, Phase, UNASSIGNED};
 use crate::io::{
-    self, ExportOptions, Format, Kind, Outcome, SEGMENTED_FILE, Shape, ShapeGeometry, StoredPrimitives,
+    self, ExportOptions, Format, Kind, Outcome, PrimitiveSet, SEGMENTED_FILE, Shape, ShapeGeometry,
+    StoredPrimitives,
 };
 
 #[derive(Debug, Args)]
@@ -174,11 +176,18 @@ impl WriteJob {
         let segmented = self.segmented(&stored)?;
         let mut written = String::new();
         for (path, format) in &self.targets {
-            let done = match &segmented {
-                Some(result) => {
+            let done = match (&segmented, format.kind()) {
+                (Some(result), Kind::Cloud | Kind::Mesh) => {
+                    if format.needs_mesh() && self.shape.is_none() {
+                        bail!("{format} needs the mesh that was abstracted; name it with --shape");
+                    }
                     io::export(path, *format, &self.options, &result.outcome(&colors, &params, &stored))
                 }
-                None => io::export_primitives(path, *format, &self.options, &stored.set(&colors)),
+                _ => {
+                    let samples = segmented.as_ref().map(Segmented::samples);
+                    let set = PrimitiveSet { samples, ..stored.set(&colors) };
+                    io::export_primitives(path, *format, &self.options, &set)
+                }
             }?;
             for note in &done.notes {
                 say(&format!("{}: {note}", path.display()));
@@ -263,6 +272,10 @@ impl WriteJob {
 }
 
 impl Segmented {
+    fn samples(&self) -> (&[Point3<f64>], &[u32]) {
+        (&self.cloud.points, &self.abstraction.labels)
+    }
+
     fn outcome<'a>(
         &'a self,
         colors: &'a Colors,

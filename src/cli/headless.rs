@@ -12,7 +12,7 @@ use super::job::{Finished, Stage};
 use super::say;
 use crate::geometry::SamplingOptions;
 use crate::inference::{Cancel, Params};
-use crate::io::{Outcome, Shape, ShapeGeometry};
+use crate::io::{self, ExportOptions, Outcome, Shape, ShapeGeometry};
 use crate::worker::Source;
 
 /// A whole run, from a shape to its files.
@@ -23,6 +23,8 @@ pub struct HeadlessJob {
     pub params: Params,
     /// Folder for the results.
     pub output: PathBuf,
+    /// Names of more files for the folder, each of which tells its format.
+    pub exports: Vec<String>,
     /// Say nothing but what went wrong.
     pub quiet: bool,
 }
@@ -68,7 +70,15 @@ impl HeadlessJob {
                 }
             })?;
         bar.finish_and_clear();
-        let files = finished.write(&self.output)?;
+        let mut files = finished.write(&self.output)?;
+        if !self.exports.is_empty() {
+            let options = ExportOptions::default();
+            let more = io::export_all(&self.output, &self.exports, &options, &finished.outcome())?;
+            for note in more.notes.iter().filter(|_| !self.quiet) {
+                say(note);
+            }
+            files.extend(more.files);
+        }
         let names = files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(", ");
         Ok(format!("{}\nwrote {names}", summary(&finished.outcome(), whole.elapsed())))
     }

@@ -1,6 +1,6 @@
 //! `superform run`: one shape, or many.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::Args;
 
@@ -8,6 +8,7 @@ use super::Request;
 use super::batch::{BatchArgs, is_one_file};
 use super::headless::HeadlessJob;
 use super::settings::SettingsArgs;
+use crate::io::Format;
 use crate::worker::Source;
 
 #[derive(Debug, Args)]
@@ -22,6 +23,10 @@ pub(super) struct RunArgs {
     /// Say nothing but what went wrong
     #[arg(short, long)]
     quiet: bool,
+    /// More files for the folder, in formats that their names tell as for `superform export`:
+    /// segmented.csv,primitives.npz,robot.urdf. Of one shape only
+    #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
+    export: Vec<String>,
     #[command(flatten)]
     batch: BatchArgs,
     #[command(flatten)]
@@ -32,11 +37,21 @@ impl RunArgs {
     /// The job, with all settings within their limits. One file is a job whose
     /// results go straight to the output; anything else is a batch.
     pub(super) fn resolve(self) -> Result<Request, String> {
-        let Self { mut inputs, output, quiet, batch, settings } = self;
+        let Self { mut inputs, output, quiet, export: exports, batch, settings } = self;
+        if let Some(name) = exports.iter().find(|name| Format::from_path(Path::new(name), None).is_none()) {
+            return Err(format!(
+                "{name} does not tell its format; superform export --list shows the endings"
+            ));
+        }
         if inputs.len() == 1 && is_one_file(&inputs[0]) && !batch.is_wanted() {
             let (sampling, params) = settings.resolve()?;
             let source = Source::File(inputs.remove(0));
-            return Ok(Request::Headless(HeadlessJob { source, sampling, params, output, quiet }));
+            return Ok(Request::Headless(HeadlessJob { source, sampling, params, output, exports, quiet }));
+        }
+        if !exports.is_empty() {
+            return Err(
+                "--export is for one shape; of a batch, give each result to superform export".to_owned()
+            );
         }
         batch.resolve(&inputs, output, &settings, quiet).map(Request::Batch)
     }

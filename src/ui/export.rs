@@ -35,6 +35,9 @@ struct Open {
     path: String,
     /// The file that is there already, once a person was asked about it.
     replaces: Option<PathBuf>,
+    /// Frames in which the list still has to be scrolled to what was chosen
+    /// last: the first of a dialog is drawn to find its size.
+    unseen: u8,
 }
 
 /// The dialog, which remembers nothing while it is closed: that is for the
@@ -54,7 +57,7 @@ impl ExportDialog {
         let name = session.export_name(choice.format);
         let folder = session.window.save_folder.as_deref().filter(|folder| folder.is_dir());
         let path = folder.map_or_else(|| PathBuf::from(&name), |folder| folder.join(&name));
-        self.open = Some(Open { choice, path: path.display().to_string(), replaces: None });
+        self.open = Some(Open { choice, path: path.display().to_string(), replaces: None, unseen: 2 });
     }
 
     /// Draws the dialog. Answers the format that the system is to be asked a
@@ -131,6 +134,10 @@ impl Open {
                 let response = response
                     .accessible_name(format!("{}, {}", kind.title(), format.title()))
                     .on_disabled_hover_text(why.unwrap_or_default());
+                if is_chosen && self.unseen > 0 {
+                    self.unseen -= 1;
+                    response.scroll_to_me(Some(egui::Align::Center));
+                }
                 if response.clicked() {
                     self.choose(format, session);
                 }

@@ -24,7 +24,7 @@ pub(super) enum Color {
     Packed(usize),
 }
 
-const POSITIONS: [[&str; 3]; 9] = [
+const POSITIONS: [[&str; 3]; 12] = [
     ["x", "y", "z"],
     ["px", "py", "pz"],
     ["x_m", "y_m", "z_m"],
@@ -34,6 +34,9 @@ const POSITIONS: [[&str; 3]; 9] = [
     ["coord_x", "coord_y", "coord_z"],
     ["points:0", "points:1", "points:2"],
     ["easting", "northing", "elevation"],
+    ["easting", "northing", "height"],
+    ["east", "north", "height"],
+    ["east", "north", "elevation"],
 ];
 const NORMALS: [[&str; 3]; 5] = [
     ["nx", "ny", "nz"],

@@ -17,13 +17,17 @@ pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
     }
 }
 
-/// A number as programs write it: also `nan`, `inf` and the forms of older
-/// C libraries (`1.#QNAN`, `-nan(ind)`, `1.#INF`).
+/// A number as programs write it: also `nan`, `inf`, the forms of older C
+/// libraries (`1.#QNAN`, `-nan(ind)`, `1.#INF`) and those of Fortran (`1.5D+00`).
 pub(super) fn number(token: &str) -> Option<f64> {
     if let Some(value) = plain_number(token.as_bytes()).or_else(|| token.parse().ok()) {
         return Some(value);
     }
     let lower = token.to_ascii_lowercase();
+    // Fortran's exponents of double precision.
+    if let Some(value) = lower.contains('d').then(|| lower.replace('d', "e")).and_then(|t| t.parse().ok()) {
+        return Some(value);
+    }
     let (sign, rest) = match lower.strip_prefix('-') {
         Some(rest) => (-1.0, rest),
         None => (1.0, lower.as_str()),
@@ -142,9 +146,14 @@ mod tests {
 
     #[test]
     fn numbers_of_many_dialects() {
-        for (token, value) in
-            [("1.5", 1.5), ("-2e-3", -2e-3), ("+7", 7.0), (".5", 0.5), ("-1.#INF", f64::NEG_INFINITY)]
-        {
+        for (token, value) in [
+            ("1.5", 1.5),
+            ("-2e-3", -2e-3),
+            ("+7", 7.0),
+            (".5", 0.5),
+            ("-1.#INF", f64::NEG_INFINITY),
+            ("-1.5D+01", -15.0),
+        ] {
             assert_eq!(number(token), Some(value));
         }
         for token in ["nan", "NaN", "-nan", "1.#QNAN", "-1.#IND", "nan(ind)"] {

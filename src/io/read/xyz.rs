@@ -26,7 +26,8 @@ enum Dialect {
 impl Dialect {
     /// Told from one line of data.
     fn of(line: &str) -> Self {
-        let mut columns = line.split(|c: char| c == ';' || c.is_whitespace()).filter(|t| !t.is_empty());
+        let mut columns =
+            line.split(|c: char| matches!(c, ';' | '|') || c.is_whitespace()).filter(|t| !t.is_empty());
         let mut decimal = 0;
         let comma = columns.clone().count() >= 3
             && columns.all(|t| {
@@ -39,11 +40,13 @@ impl Dialect {
         if comma && decimal > 0 { Self::Comma } else { Self::Point }
     }
 
-    /// The columns of a line. Where a comma, a semicolon or (by choice) a tab
-    /// parts them, they may be quoted, or empty.
+    /// The columns of a line. Where a comma, a semicolon, a bar or (by choice) a
+    /// tab parts them, they may be quoted, or empty.
     fn columns(self, line: &str, tabs: bool) -> Vec<&str> {
         let separator = if line.contains(';') {
             ';'
+        } else if line.contains('|') {
+            '|'
         } else if self == Self::Point && line.contains(',') {
             ','
         } else if tabs && line.contains('\t') {
@@ -74,9 +77,11 @@ impl Dialect {
         for field in fields {
             match field.trim() {
                 "" => columns.push(""),
-                // Blanks may part columns, too.
-                text if text.starts_with(['"', '\'']) || separator == '\t' => columns.push(text),
-                text => columns.extend(text.split_whitespace()),
+                // Blanks may part numbers, too, but not the words of a name.
+                text if separator != '\t' && text.split_whitespace().all(|t| self.value(t).is_some()) => {
+                    columns.extend(text.split_whitespace());
+                }
+                text => columns.push(text),
             }
         }
         columns
@@ -93,8 +98,9 @@ impl Dialect {
     }
 }
 
+/// A token without quotes, or the brackets of a printed list.
 fn unquoted(token: &str) -> &str {
-    token.trim_matches(|c: char| matches!(c, '"' | '\'') || c.is_whitespace())
+    token.trim_matches(|c: char| matches!(c, '"' | '\'' | '[' | ']' | '(' | ')') || c.is_whitespace())
 }
 
 /// Whether a line holds at least three numbers and nothing else.
@@ -248,6 +254,9 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
     if raw.points.is_empty() {
         return Err(Fault::whole("it has no points; there should be one a line, as x y z"));
     }
+    if head.has_other_names {
+        raw.notes.push("no columns are named x, y and z: the first three were taken".to_owned());
+    }
     if incomplete == 0 {
         raw.attributes = head.layout.attributes(&rest, &words, announced.is_some(), &mut raw.notes);
     } else {
@@ -261,9 +270,10 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
     Ok(raw)
 }
 
-/// A line without what surrounds its text.
+/// A line without what surrounds its text, and without a comment at its end.
 fn trimmed(line: &str) -> &str {
-    line.trim_matches(|c: char| c.is_whitespace() || c == '\u{feff}' || c == '\0' || c == '\u{1a}')
+    let end = line.find('#').filter(|at| !line[..*at].trim().is_empty()).unwrap_or(line.len());
+    line[..end].trim_matches(|c: char| c.is_whitespace() || c == '\u{feff}' || c == '\0' || c == '\u{1a}')
 }
 
 fn is_comment(line: &str) -> bool {
@@ -277,6 +287,8 @@ struct Head {
     length: usize,
     lines: usize,
     announced: Option<usize>,
+    /// Whether names were passed over that are not known.
+    has_other_names: bool,
     dialect: Dialect,
     /// Whether tabs part columns, so that these may be empty.
     tabs: bool,
@@ -287,7 +299,7 @@ impl Head {
     fn of(text: &str) -> Self {
         let mut named: Option<Names> = None;
         let mut announced: Option<usize> = None;
-        let mut rows = 0;
+        let (mut rows, mut has_other_names) = (0, false);
         for (line_number, whole) in lines(text) {
             let line = trimmed(whole);
             if is_comment(line) {
@@ -310,6 +322,7 @@ impl Head {
                 let is_text =
                     (rows == 1 || named.is_some()) && line.chars().any(char::is_alphabetic) && !has_numbers();
                 if names.is_some() || is_text {
+                    has_other_names |= Dialect::Point.columns(line, false).len() >= 3;
                     named = names.or(named);
                     continue;
                 }
@@ -322,10 +335,20 @@ impl Head {
             };
             // How far into the text this line starts.
             let length = whole.as_ptr() as usize - text.as_ptr() as usize;
-            return Self { length, lines: line_number - 1, announced, dialect, tabs, layout };
+            let has_other_names = has_other_names && named.is_none();
+            return Self {
+                length,
+                lines: line_number - 1,
+                announced,
+                has_other_names,
+                dialect,
+                tabs,
+                layout,
+            };
         }
         let (dialect, layout) = (Dialect::Point, Layout::by_position(3));
-        Self { length: text.len(), lines: 0, announced, dialect, tabs: false, layout }
+        let length = text.len();
+        Self { length, lines: 0, announced, has_other_names, dialect, tabs: false, layout }
     }
 
     /// The points of a piece of text that ends with a line.
