@@ -141,9 +141,15 @@ mod tests {
     }
 
     fn any_camera() -> impl Strategy<Value = Camera> {
-        (0.0..6.28, -1.5..1.5, any::<bool>(), 0.4..3.0).prop_map(|(yaw, pitch, orthographic, aspect)| {
-            Camera { yaw, pitch, orthographic, aspect, ..Camera::default() }
-        })
+        (0.0..std::f64::consts::TAU, -1.5..1.5, any::<bool>(), 0.4..3.0).prop_map(
+            |(yaw, pitch, orthographic, aspect)| Camera {
+                yaw,
+                pitch,
+                orthographic,
+                aspect,
+                ..Camera::default()
+            },
+        )
     }
 
     fn seen(camera: &Camera, content: &[Point3<f64>]) -> Vec<Vector2<f64>> {
