@@ -16,6 +16,8 @@ fn superform(folder: &Path, args: &[&str]) -> Output {
         .env_remove("WAYLAND_DISPLAY")
         .env_remove("WAYLAND_SOCKET")
         .env_remove("RUST_LOG")
+        // Without it drivers complain on standard error.
+        .env("XDG_RUNTIME_DIR", folder)
         .output()
         .unwrap()
 }
@@ -333,6 +335,7 @@ mod drawn {
                 .args(["render", "c.xyz"])
                 .current_dir(folder)
                 .env("WGPU_BACKEND", "dx12")
+                .env("XDG_RUNTIME_DIR", folder)
                 .output()
                 .unwrap();
             let said = stderr(&output);
