@@ -385,3 +385,32 @@ fn a_batch_that_is_to_outlive_its_terminal_does() {
     let (code, said) = start("", 300);
     assert!(code == Some(130) && said.concat().contains("stopped: 3 jobs"), "{code:?} {said:?}");
 }
+
+#[test]
+fn more_files_are_written_for_each_shape_and_belong_to_what_is_finished() {
+    let temporary = tempfile::tempdir().unwrap();
+    let folder = temporary.path();
+    boxes(folder);
+    let run = |exports: &str| {
+        let job = ["run", "shapes/*.xyz", "-o", "out", "--export", exports];
+        done(folder, &[&job, &QUICK[..]].concat()).0
+    };
+    let said = run("robot.urdf,labels.csv");
+    assert!(said.contains("3 jobs: 3 done, results in"), "{said}");
+    for name in ["a", "b", "c"] {
+        let out = folder.join("out").join(name);
+        assert!(fs::read_to_string(out.join("robot.urdf")).unwrap().contains("<robot"));
+        assert!(out.join("labels.csv").is_file() || fs::read_dir(&out).unwrap().count() > 4);
+        assert!(fs::read_dir(out.join("robot_meshes")).unwrap().count() > 0);
+    }
+    let again = run("robot.urdf,labels.csv");
+    assert!(again.contains("3 of them before"), "{again}");
+    // A mesh that has gone makes its job unfinished.
+    let mesh = fs::read_dir(folder.join("out/b/robot_meshes")).unwrap().next().unwrap().unwrap().path();
+    fs::remove_file(&mesh).unwrap();
+    let again = run("robot.urdf,labels.csv");
+    assert!(again.contains("2 of them before") && mesh.is_file(), "{again}");
+    // Other files are another job, and those of before go.
+    run("points.npz");
+    assert!(folder.join("out/a/points.npz").is_file() && !folder.join("out/a/robot.urdf").exists());
+}

@@ -206,12 +206,12 @@ fn a_run_is_written_whole_or_not_at_all() {
     let folder = tempfile::tempdir().unwrap();
     let new = folder.path().join("a/b");
     let record = RunRecord::default();
-    let paths = io::write_run(&new, &run.outcome(), &record).unwrap();
+    let paths = io::write_run(&new, &[], &run.outcome(), &record).unwrap().files;
     assert!(paths.iter().all(|p| p.is_file()));
     assert_eq!(names(&new), ["primitives.json", "report.json", "segmented.ply"]);
     // Again, over what is there.
     let before = fs::read(&paths[1]).unwrap();
-    io::write_run(&new, &run.outcome(), &record).unwrap();
+    io::write_run(&new, &[], &run.outcome(), &record).unwrap();
     assert_eq!(names(&new).len(), 3);
 
     // A primitive that can't be written: what was there stays, nothing is added.
@@ -220,7 +220,7 @@ fn a_run_is_written_whole_or_not_at_all() {
     primitives[0].shape.semi_axes.x = f64::NAN;
     broken.abstraction.primitives = primitives.into();
     fs::write(&paths[0], "mine").unwrap();
-    let error = io::write_run(&new, &broken.outcome(), &record).unwrap_err().to_string();
+    let error = io::write_run(&new, &[], &broken.outcome(), &record).unwrap_err().to_string();
     assert!(error.contains("primitives.json") && error.contains("primitive 4"), "{error}");
     assert_eq!(names(&new).len(), 3);
     assert_eq!(fs::read(&paths[0]).unwrap(), b"mine");
@@ -229,12 +229,12 @@ fn a_run_is_written_whole_or_not_at_all() {
     // The last of the three names is taken by a folder.
     let other = folder.path().join("other");
     fs::create_dir_all(other.join("report.json")).unwrap();
-    assert!(io::write_run(&other, &run.outcome(), &record).is_err());
+    assert!(io::write_run(&other, &[], &run.outcome(), &record).is_err());
     assert_eq!(names(&other), ["report.json"]);
 
     // A folder that can't be made, and one that was made for nothing.
-    assert!(io::write_run(&paths[0], &run.outcome(), &record).is_err());
-    assert!(io::write_run(&folder.path().join("gone"), &broken.outcome(), &record).is_err());
+    assert!(io::write_run(&paths[0], &[], &run.outcome(), &record).is_err());
+    assert!(io::write_run(&folder.path().join("gone"), &[], &broken.outcome(), &record).is_err());
     assert!(!folder.path().join("gone").exists());
 }
 
@@ -278,7 +278,7 @@ fn points_at_any_scale_survive_the_round_trip() {
 fn primitives_are_read_as_they_were_written() {
     let run = Run::on(io::built_in().unwrap(), 300);
     let folder = tempfile::tempdir().unwrap();
-    io::write_run(folder.path(), &run.outcome(), &RunRecord::default()).unwrap();
+    io::write_run(folder.path(), &[], &run.outcome(), &RunRecord::default()).unwrap();
     let back = io::read_primitives(folder.path()).unwrap();
     assert_eq!(back, io::read_primitives(&folder.path().join(io::PRIMITIVES_FILE)).unwrap());
     assert_eq!(back.primitives[..], run.abstraction.primitives[..]);

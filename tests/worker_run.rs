@@ -159,6 +159,7 @@ fn primitives_of_a_file_take_the_place_of_the_present_ones() {
     worker.send(Command::Run);
     let state = until_idle(&mut worker).pop().unwrap();
     worker.send(export(&path, Format::PrimitivesCsv, &State { loaded, snapshot: Arc::clone(&state) }));
+    until_idle(&mut worker);
     worker.send(Command::Reset);
     until_idle(&mut worker);
     worker.send(Command::TakeFrom(path.clone()));

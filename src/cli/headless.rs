@@ -12,7 +12,7 @@ use super::job::{Finished, Stage};
 use super::say;
 use crate::geometry::SamplingOptions;
 use crate::inference::{Cancel, Params};
-use crate::io::{self, ExportOptions, Outcome, Shape, ShapeGeometry};
+use crate::io::{Exported, Outcome, Shape, ShapeGeometry};
 use crate::worker::Source;
 
 /// A whole run, from a shape to its files.
@@ -70,14 +70,9 @@ impl HeadlessJob {
                 }
             })?;
         bar.finish_and_clear();
-        let mut files = finished.write(&self.output)?;
-        if !self.exports.is_empty() {
-            let options = ExportOptions::default();
-            let more = io::export_all(&self.output, &self.exports, &options, &finished.outcome())?;
-            for note in more.notes.iter().filter(|_| !self.quiet) {
-                say(note);
-            }
-            files.extend(more.files);
+        let Exported { files, notes } = finished.write(&self.output, &self.exports)?;
+        for note in notes.iter().filter(|_| !self.quiet) {
+            say(note);
         }
         let names = files.iter().map(|f| f.display().to_string()).collect::<Vec<_>>().join(", ");
         Ok(format!("{}\nwrote {names}", summary(&finished.outcome(), whole.elapsed())))

@@ -1,7 +1,7 @@
 //! One run: a shape is read, sampled and abstracted. What `run` does once, and
 //! a batch many times.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
@@ -10,7 +10,7 @@ use anyhow::Context;
 use crate::geometry::palette::Colors;
 use crate::geometry::{SampleCloud, SamplingOptions};
 use crate::inference::{Abstraction, Cancel, InferenceError, Occurrence, Params, Run};
-use crate::io::{self, Outcome, RunRecord, Shape, WriteError};
+use crate::io::{self, Exported, Outcome, RunRecord, Shape, WriteError};
 use crate::worker::Source;
 
 /// How far a run has come.
@@ -83,11 +83,11 @@ impl Finished {
         }
     }
 
-    /// Writes the files of a run into a folder, all of them or none: the one
-    /// place that decides which they are, for one shape and for many. Returns
-    /// their paths.
-    pub(super) fn write(&self, folder: &Path) -> Result<Vec<PathBuf>, WriteError> {
-        io::write_run(folder, &self.outcome(), &self.record).map(Vec::from)
+    /// Writes the files of a run and more, by their names, into a folder, all of
+    /// them or none: the one place that decides which they are, for one shape
+    /// and for many.
+    pub(super) fn write(&self, folder: &Path, more: &[String]) -> Result<Exported, WriteError> {
+        io::write_run(folder, more, &self.outcome(), &self.record)
     }
 }
 

@@ -24,7 +24,7 @@ pub(super) struct RunArgs {
     #[arg(short, long)]
     quiet: bool,
     /// More files for the folder, in formats that their names tell as for `superform export`:
-    /// segmented.csv,primitives.npz,robot.urdf. Of one shape only
+    /// segmented.csv,primitives.npz,robot.urdf
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     export: Vec<String>,
     #[command(flatten)]
@@ -48,11 +48,6 @@ impl RunArgs {
             let source = Source::File(inputs.remove(0));
             return Ok(Request::Headless(HeadlessJob { source, sampling, params, output, exports, quiet }));
         }
-        if !exports.is_empty() {
-            return Err(
-                "--export is for one shape; of a batch, give each result to superform export".to_owned()
-            );
-        }
-        batch.resolve(&inputs, output, &settings, quiet).map(Request::Batch)
+        batch.resolve(&inputs, output, exports, &settings, quiet).map(Request::Batch)
     }
 }

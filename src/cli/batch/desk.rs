@@ -49,10 +49,11 @@ struct FileEntry {
 }
 
 impl FileEntry {
-    fn of(path: &Path) -> io::Result<Self> {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    /// Of a file of that name (with `/`) below a folder.
+    fn of(folder: &Path, name: &str) -> io::Result<Self> {
+        let (path, name) = (folder.join(name), name.to_owned());
         let mut hash = crc32fast::Hasher::new();
-        let bytes = pieces(path, |piece| hash.update(piece))?;
+        let bytes = pieces(&path, |piece| hash.update(piece))?;
         Ok(Self { name, bytes, crc32: hash.finalize() })
     }
 }
@@ -67,11 +68,24 @@ impl Record {
     fn is_whole(&self, folder: &Path) -> bool {
         !self.files.is_empty()
             && self.files.iter().all(|entry| {
-                let path = folder.join(&entry.name);
-                fs::metadata(&path).is_ok_and(|about| about.len() == entry.bytes)
-                    && FileEntry::of(&path).is_ok_and(|found| found == *entry)
+                // A record is a file that anybody can write.
+                is_below(&entry.name)
+                    && fs::metadata(folder.join(&entry.name)).is_ok_and(|about| about.len() == entry.bytes)
+                    && FileEntry::of(folder, &entry.name).is_ok_and(|found| found == *entry)
             })
     }
+}
+
+/// The name of a file below a folder, with `/`.
+fn name_below(folder: &Path, file: &Path) -> String {
+    let parts = file.strip_prefix(folder).unwrap_or(file).iter();
+    parts.map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
+}
+
+/// Whether a name stays below the folder that it is looked up in.
+fn is_below(name: &str) -> bool {
+    let path = Path::new(name);
+    !name.contains('\\') && path.components().all(|part| matches!(part, std::path::Component::Normal(_)))
 }
 
 /// The row of a job whose files lie whole in a folder, with the fingerprint of
@@ -186,7 +200,10 @@ impl Desk {
             version: VERSION,
             program: concat!("superform ", env!("CARGO_PKG_VERSION")).to_owned(),
             fingerprint,
-            files: written.iter().map(|path| FileEntry::of(path)).collect::<Result<_, _>>()?,
+            files: written
+                .iter()
+                .map(|path| FileEntry::of(made, &name_below(made, path)))
+                .collect::<Result<_, _>>()?,
             row: row.clone(),
         };
         files::write_whole(&made.join(RECORD_FILE), &serde_json::to_vec_pretty(&record)?)?;
@@ -210,12 +227,15 @@ impl Desk {
             _ => sync(target),
         }
         for old in before.iter().flat_map(|record| &record.files) {
-            // Only what was made there: a record is a file that anybody can write.
-            if !record.files.iter().any(|new| new.name == old.name) && !old.name.contains(['/', '\\']) {
+            // Only what was made there.
+            if !record.files.iter().any(|new| new.name == old.name) && is_below(&old.name) {
                 let _ = fs::remove_file(target.join(&old.name));
             }
         }
         for name in record.files.iter().map(|entry| entry.name.as_str()) {
+            if let Some(folder) = target.join(name).parent() {
+                fs::create_dir_all(folder)?;
+            }
             fs::rename(made.join(name), target.join(name))?;
         }
         sync(target);

@@ -118,9 +118,10 @@ pub(super) fn of_job(
     content: &str,
     sampling: &SamplingOptions,
     params: &Params,
+    exports: &[String],
 ) -> serde_json::Result<String> {
-    let settings =
-        serde_json::to_vec(&((sampling.points, sampling.seed, sampling.surface, sampling.isolated), params))?;
+    let sampling = (sampling.points, sampling.seed, sampling.surface, sampling.isolated);
+    let settings = serde_json::to_vec(&(sampling, params, exports))?;
     Ok(fingerprint(&[env!("SUPERFORM_VERSION").as_bytes(), content.as_bytes(), &settings]))
 }
 
@@ -158,8 +159,9 @@ mod tests {
     #[test]
     fn every_setting_counts() {
         let (sampling, params) = (SamplingOptions::default(), Params::default());
-        let usual = of_job("a", &sampling, &params).unwrap();
-        assert_eq!(usual, of_job("a", &sampling, &params).unwrap());
+        let usual = of_job("a", &sampling, &params, &[]).unwrap();
+        assert_eq!(usual, of_job("a", &sampling, &params, &[]).unwrap());
+        assert_ne!(usual, of_job("a", &sampling, &params, &["a.csv".to_owned()]).unwrap());
         for (content, sampling, params) in [
             ("b", sampling, params),
             ("a", SamplingOptions { points: 100, ..sampling }, params),
@@ -167,7 +169,7 @@ mod tests {
             ("a", sampling, Params { alpha: 0.6, ..params }),
             ("a", sampling, Params { refine: false, ..params }),
         ] {
-            assert_ne!(usual, of_job(content, &sampling, &params).unwrap());
+            assert_ne!(usual, of_job(content, &sampling, &params, &[]).unwrap());
         }
     }
 }

@@ -83,6 +83,8 @@ pub struct BatchJob {
     /// Do again what is finished.
     force: bool,
     quiet: bool,
+    /// More files for each job's folder, by their names.
+    exports: Vec<String>,
 }
 
 /// The exit status that tells how many of several failed.
@@ -212,7 +214,7 @@ impl BatchJob {
                 let line = &lines[worker];
                 let job = &self.jobs[open[at]];
                 line.begin(&job.name);
-                let row = one(job, &desk, cancel, line);
+                let row = one(job, &self.exports, &desk, cancel, line);
                 line.end();
                 row
             },
@@ -255,7 +257,7 @@ impl BatchJob {
     fn before(&self, job: &Job, inputs: &mut fingerprint::Inputs) -> Option<Row> {
         let (row, made_from) = finished(&self.output.join(&job.name))?;
         let content = inputs.content(&job.input)?;
-        let wanted = fingerprint::of_job(&content, &job.sampling, &job.params).ok()?;
+        let wanted = fingerprint::of_job(&content, &job.sampling, &job.params, &self.exports).ok()?;
         (made_from == wanted).then(|| row.now_of(job))
     }
 
@@ -272,7 +274,7 @@ impl BatchJob {
 }
 
 /// Does one job; its files are in place when this returns.
-fn one(job: &Job, desk: &Desk, cancel: &Cancel, line: &Line) -> anyhow::Result<Row> {
+fn one(job: &Job, exports: &[String], desk: &Desk, cancel: &Cancel, line: &Line) -> anyhow::Result<Row> {
     let start = Instant::now();
     let place = desk.place(job.number).with_context(|| format!("can't make files for {}", job.name))?;
     // Before it is read: if it changes in between, the next batch sees that.
@@ -282,10 +284,10 @@ fn one(job: &Job, desk: &Desk, cancel: &Cancel, line: &Line) -> anyhow::Result<R
             line.show(stage);
         })?;
     let content = content.with_context(|| format!("can't read {}", job.input.display()))?;
-    let made_from = fingerprint::of_job(&content, &job.sampling, &job.params)?;
-    let written = finished.write(&place)?;
-    let row = Row::ok(job, &finished, start.elapsed().as_secs_f64());
-    desk.publish(&place, &written, made_from, &row)?;
+    let made_from = fingerprint::of_job(&content, &job.sampling, &job.params, exports)?;
+    let written = finished.write(&place, exports)?;
+    let row = Row::ok(job, &finished, &written.notes, start.elapsed().as_secs_f64());
+    desk.publish(&place, &written.files, made_from, &row)?;
     Ok(row)
 }
 

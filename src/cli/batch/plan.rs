@@ -71,6 +71,7 @@ impl BatchArgs {
         self,
         given: &[PathBuf],
         output: PathBuf,
+        exports: Vec<String>,
         settings: &SettingsArgs,
         quiet: bool,
     ) -> Result<BatchJob, String> {
@@ -91,7 +92,7 @@ impl BatchArgs {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let workers = self.jobs.unwrap_or(cores);
         let (table, force) = (part.table(), self.force);
-        Ok(BatchJob { jobs, listed, output, table, workers, cores, force, quiet })
+        Ok(BatchJob { jobs, listed, output, table, workers, cores, force, quiet, exports })
     }
 }
 

@@ -95,8 +95,8 @@ impl Row {
         }
     }
 
-    /// Of a job whose files are written.
-    pub(super) fn ok(job: &Job, finished: &Finished, seconds: f64) -> Self {
+    /// The row of a finished job; `notes` are those on its files.
+    pub(super) fn ok(job: &Job, finished: &Finished, notes: &[String], seconds: f64) -> Self {
         let (points, faces) = match &finished.shape.geometry {
             ShapeGeometry::Mesh(mesh) => (mesh.vertices.len(), mesh.faces.len()),
             ShapeGeometry::Cloud(cloud) => (cloud.points.len(), 0),
@@ -110,7 +110,7 @@ impl Row {
             input_points: Some(points),
             input_faces: Some(faces),
             seconds: Some(seconds),
-            ..Self::new(job, Status::Ok, finished.shape.notes.join("; "))
+            ..Self::new(job, Status::Ok, [&finished.shape.notes, notes].concat().join("; "))
         }
     }
 

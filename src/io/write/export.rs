@@ -69,12 +69,7 @@ pub fn export_all(
 ) -> Result<Exported, WriteError> {
     let mut writing = Writing::default();
     writing.files.folder(folder)?;
-    for name in names {
-        let path = folder.join(name);
-        let format = Format::from_path(Path::new(name), None)
-            .ok_or_else(|| WriteError::UnknownFormat { path: path.clone() })?;
-        writing.stage(&path, format, options, Source::Outcome(outcome))?;
-    }
+    writing.all(folder, names, options, outcome)?;
     writing.finish()
 }
 
@@ -172,13 +167,30 @@ fn content(path: &Path) -> impl Fn(io::Error) -> WriteError {
 
 /// Files that are being written, and what there is to say of them.
 #[derive(Debug, Default)]
-struct Writing {
-    files: Together,
+pub(super) struct Writing {
+    pub(super) files: Together,
     notes: Vec<String>,
 }
 
 impl Writing {
-    fn finish(self) -> Result<Exported, WriteError> {
+    /// Adds files of a folder, each in the format that its name tells.
+    pub(super) fn all(
+        &mut self,
+        folder: &Path,
+        names: &[String],
+        options: &ExportOptions,
+        outcome: &Outcome<'_>,
+    ) -> Result<(), WriteError> {
+        for name in names {
+            let path = folder.join(name);
+            let format = Format::from_path(Path::new(name), None)
+                .ok_or_else(|| WriteError::UnknownFormat { path: path.clone() })?;
+            self.stage(&path, format, options, Source::Outcome(outcome))?;
+        }
+        Ok(())
+    }
+
+    pub(super) fn finish(self) -> Result<Exported, WriteError> {
         Ok(Exported { files: self.files.persist()?, notes: self.notes })
     }
 

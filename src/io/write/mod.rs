@@ -14,7 +14,7 @@ mod report;
 mod robot;
 
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use serde::Serialize;
 
@@ -26,8 +26,9 @@ pub(super) use params::PrimitiveEntry;
 pub use params::{PrimitiveSet, primitives_text};
 pub use report::{PhaseTimes, RunRecord, write_report_json};
 
-use self::atomic::{Together, persist, staged};
+use self::atomic::{persist, staged};
 use self::cloud::SegmentedCloud;
+use self::export::Writing;
 use super::{Shape, WriteError};
 use crate::geometry::palette::Colors;
 use crate::geometry::{SampleCloud, SamplingOptions};
@@ -92,25 +93,26 @@ pub fn write_picture(path: &Path, picture: &image::RgbaImage) -> Result<(), Writ
     persist(file, path)
 }
 
-/// Writes all three files into a folder, which is made if it isn't there; all
-/// of them or none. Returns their paths.
+/// Writes the three files of a run into a folder, which is made if it isn't
+/// there, and more under names that tell their formats
+/// ([`Format::from_path`]): all files or none.
 ///
 /// # Errors
-/// Where one of them can't be written; then none is, what stood there stays,
-/// and a folder made for them is gone again.
+/// Where one of them can't be written or a name tells no format; then none is,
+/// what stood there stays, and a folder made for them is gone again.
 pub fn write_run(
     folder: &Path,
+    more: &[String],
     outcome: &Outcome<'_>,
     record: &RunRecord,
-) -> Result<[PathBuf; 3], WriteError> {
-    let paths = [SEGMENTED_FILE, PRIMITIVES_FILE, REPORT_FILE].map(|name| folder.join(name));
-    let mut files = Together::default();
-    files.folder(folder)?;
-    files.stage(&paths[0], |w| segmented_ply(w, outcome))?;
-    files.stage(&paths[1], |w| PrimitiveSet::from(outcome).json(w))?;
-    files.stage(&paths[2], |w| report::report_json(w, outcome, record))?;
-    files.persist()?;
-    Ok(paths)
+) -> Result<Exported, WriteError> {
+    let mut writing = Writing::default();
+    writing.files.folder(folder)?;
+    writing.files.stage(&folder.join(SEGMENTED_FILE), |w| segmented_ply(w, outcome))?;
+    writing.files.stage(&folder.join(PRIMITIVES_FILE), |w| PrimitiveSet::from(outcome).json(w))?;
+    writing.files.stage(&folder.join(REPORT_FILE), |w| report::report_json(w, outcome, record))?;
+    writing.all(folder, more, &ExportOptions::default(), outcome)?;
+    writing.finish()
 }
 
 fn segmented_ply(w: &mut impl Write, outcome: &Outcome<'_>) -> io::Result<()> {
