@@ -152,6 +152,32 @@ fn a_result_is_opened_with_what_it_stands_for_and_goes_on() {
 }
 
 #[test]
+fn a_lone_file_of_primitives_with_points_is_opened_on_these() {
+    let folder = tempfile::tempdir().unwrap();
+    let input = folder.path().join("input.xyz");
+    let chair = io::sample(&io::built_in().unwrap(), &SamplingOptions::default()).unwrap().points;
+    let lines: String = chair.iter().map(|p| format!("{} {} {}\n", p.x, p.y, p.z)).collect();
+    std::fs::write(&input, lines).unwrap();
+    let mut worker = start();
+    let (loaded, _) = opened(&mut worker, &input);
+    worker.send(Command::Run);
+    let state = until_idle(&mut worker).pop().unwrap();
+    let path = folder.path().join("elsewhere.npz");
+    worker.send(export(
+        &path,
+        Format::PrimitivesNpz,
+        &State { loaded: Arc::clone(&loaded), snapshot: state },
+    ));
+    until_idle(&mut worker);
+    std::fs::remove_file(input).unwrap();
+    let mut other = Worker::spawn(|| {}).unwrap();
+    let (again, taken) = opened(&mut other, &path);
+    let io::ShapeGeometry::Cloud(cloud) = &again.shape.geometry else { panic!("it is a mesh") };
+    assert_eq!(cloud.points, loaded.cloud.points);
+    assert!(taken.abstraction.primitives.iter().all(|p| p.points > 0));
+}
+
+#[test]
 fn primitives_of_a_file_take_the_place_of_the_present_ones() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("primitives.csv");

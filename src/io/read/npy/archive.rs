@@ -83,7 +83,11 @@ pub(in crate::io::read) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
     let is_triples = |h: &Header| Grid::of(h).is_some_and(|g| g.width == 3 && !g.turned);
     let faces = named(&FACES, &|h| is_triples(h) && !h.columns[0].scalar.is_float());
     let vertices = named(&VERTICES, &is_triples);
+    // Beside primitives other arrays may be called so: numbers of points, say.
+    let has = |wanted: &str| arrays.iter().any(|(name, _)| name == wanted);
+    let of_primitives = named(&["pc"], &is_cloud).filter(|_| ["scale", "exponents"].into_iter().all(has));
     let points = match (vertices, faces) {
+        _ if of_primitives.is_some() => of_primitives,
         (Some(vertices), Some(_)) => Some(vertices),
         _ => named(&POINTS, &is_cloud).or(vertices),
     };
