@@ -152,6 +152,7 @@ fn a_result_is_opened_without_a_run_and_brought_in_from_a_file() {
     other.settle();
     assert_eq!((other.session().primitives().len(), other.iteration()), (count, 0));
     assert_eq!(other.session().timeline.states().len(), 1, "it was not run");
+    other.until(|session| session.measurement().is_some());
     other.key(Modifiers::COMMAND, Key::I);
     other.type_path(path.to_str().unwrap());
     other.press("Open");

@@ -23,15 +23,18 @@ impl Session {
                 self.activity = activity;
                 if activity == Activity::Idle {
                     // Whatever was on its way has arrived, failed or was cancelled.
-                    let runs = std::mem::take(&mut self.has_arrived)
-                        && self.run_when_loaded
-                        // What was opened may be a result.
-                        && self.phase() != Some(Phase::Finished);
+                    let has_arrived = std::mem::take(&mut self.has_arrived);
+                    // What was opened may be a result.
+                    let is_result = has_arrived && self.phase() == Some(Phase::Finished);
+                    let runs = has_arrived && self.run_when_loaded && !is_result;
                     self.run_when_loaded = false;
                     self.live.finish();
                     let renewal = self.renew_if_due();
                     if runs && renewal.is_empty() {
                         return self.work(Command::Run, Activity::Running);
+                    }
+                    if is_result && renewal.is_empty() {
+                        return self.measure_shown();
                     }
                     return renewal;
                 }

@@ -43,7 +43,9 @@ impl Session {
 
     /// Says that a file was written.
     pub(super) fn tell_written(&mut self, format: Format, path: PathBuf, notes: &[String]) {
-        let text = format!("Wrote {} to {}", format.kind().title().to_lowercase(), path.display());
+        let kind = format.kind().title().to_lowercase();
+        let what = kind.split(',').next().unwrap_or(&kind);
+        let text = format!("Wrote the {what} as {} to {}", format.title(), path.display());
         let message = Message::new(Level::Note, text).because(notes.join("; "));
         self.messages.add(message.offer("Show in folder", Action::ShowInFolder(path)));
     }
