@@ -368,8 +368,9 @@ fn a_batch_that_is_to_outlive_its_terminal_does() {
     let start = |ignore: &str, iterations: u32| {
         let line =
             format!("{ignore} exec \"$0\" run shapes -o out --jobs 1 --force --iterations {iterations}");
-        let mut child = Command::new("sh")
-            .args(["-c", &line, env!("CARGO_BIN_EXE_superform")])
+        // Whoever runs this test may be one that outlives its terminal.
+        let mut child = Command::new("env")
+            .args(["--default-signal=HUP", "sh", "-c", &line, env!("CARGO_BIN_EXE_superform")])
             .current_dir(folder)
             .stdout(Stdio::null())
             .stderr(Stdio::piped())

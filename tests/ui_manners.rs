@@ -71,10 +71,7 @@ fn goes_away(driver: &mut Driver, text: &str) -> bool {
 }
 
 fn export(driver: &mut Driver, path: &Path) {
-    driver.key(Modifiers::COMMAND | Modifiers::SHIFT, Key::E);
-    driver.type_path(path.to_str().unwrap());
-    driver.press("Save");
-    driver.settle();
+    driver.export("Primitives, as numbers, JSON", path);
 }
 
 fn copied(driver: &Driver) -> Option<String> {
@@ -404,7 +401,10 @@ fn states() -> Vec<(&'static str, Driver)> {
     }
     add("a question", &|driver| driver.key(Modifiers::COMMAND, Key::O));
     add("an error", &|driver| {
-        export(driver, &folder.path().join("no/such/folder.json"));
+        driver.key(Modifiers::COMMAND, Key::O);
+        driver.type_path("/no/such/shape.obj");
+        driver.press("Open");
+        driver.settle();
         driver.press("Details");
     });
     add("a note", &|driver| export(driver, &folder.path().join("out.json")));

@@ -60,24 +60,15 @@ fn the_result_is_taken_home() {
     let cloud = folder.path().join("out.ply");
     let primitives = folder.path().join("out.json");
     let mut driver = Driver::finished();
-    driver.key(Modifiers::COMMAND, Key::E);
-    driver.type_path(cloud.to_str().unwrap());
-    driver.press("Save");
-    driver.settle();
-    driver.key(Modifiers::COMMAND | Modifiers::SHIFT, Key::E);
-    driver.type_path(primitives.to_str().unwrap());
-    driver.press("Save");
-    driver.settle();
+    driver.export("Segmented cloud, PLY", &cloud);
+    driver.export("Primitives, as numbers, JSON", &primitives);
     assert!(driver.shows("Wrote the primitives"));
     let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&primitives).unwrap()).unwrap();
     assert_eq!(json["primitives"].as_array().unwrap().len(), driver.session().primitives().len());
     assert!(std::fs::read(&cloud).unwrap().starts_with(b"ply"));
-    // A folder that isn't there is an error, and nothing is lost.
-    driver.key(Modifiers::COMMAND, Key::E);
-    driver.type_path("/no/such/folder/out.ply");
-    driver.press("Save");
-    driver.settle();
-    assert!(driver.shows("could not be written"));
+    // A folder that isn't there is said before anything is written.
+    driver.export("Segmented cloud, PLY", std::path::Path::new("/no/such/folder/out.ply"));
+    assert!(driver.shows("There is no such folder") && !driver.is_enabled("Export"));
 }
 
 #[test]
@@ -172,14 +163,21 @@ fn escape_closes_what_is_open_before_it_deselects() {
 #[test]
 fn a_file_is_replaced_only_when_that_is_confirmed() {
     let folder = tempfile::tempdir().unwrap();
-    let old = file(&folder, "out.json", "precious");
+    let old = file(&folder, "out.superform", "precious");
     let mut driver = Driver::finished();
     let ask = |driver: &mut Driver| {
-        driver.key(Modifiers::COMMAND | Modifiers::SHIFT, Key::E);
+        driver.key(Modifiers::COMMAND | Modifiers::SHIFT, Key::S);
         driver.type_path(old.to_str().unwrap());
         driver.press("Save");
         driver.harness.run_steps(2);
-        assert!(driver.shows("out.json is there already. Replace it?"));
+        assert!(driver.shows("out.superform is there already. Replace it?"));
+    };
+    let until_saved = |driver: &mut Driver, path: &std::path::Path| {
+        let ctx = driver.harness.ctx.clone();
+        while driver.session().keeping.path() != Some(path) {
+            let app = driver.harness.state_mut();
+            assert!(app.wait_for_keeper(&ctx, std::time::Duration::from_secs(60)), "the keeper is silent");
+        }
     };
     ask(&mut driver);
     driver.press("Cancel");
@@ -187,16 +185,15 @@ fn a_file_is_replaced_only_when_that_is_confirmed() {
     assert_eq!(std::fs::read_to_string(&old).unwrap(), "precious");
     ask(&mut driver);
     // Another name needs no confirmation, nor is it one.
-    let other = folder.path().join("other.json");
+    let other = folder.path().join("other.superform");
     driver.type_path(other.to_str().unwrap());
     driver.press("Save");
-    driver.settle();
+    until_saved(&mut driver, &other);
     assert!(other.exists() && std::fs::read_to_string(&old).unwrap() == "precious");
     ask(&mut driver);
     driver.press("Replace");
-    driver.settle();
-    assert!(driver.shows("Wrote the primitives"));
-    assert!(std::fs::read_to_string(&old).unwrap().starts_with('{'));
+    until_saved(&mut driver, &old);
+    assert!(std::fs::read(&old).unwrap().starts_with(b"\x89Superform"));
 }
 
 #[test]

@@ -13,25 +13,41 @@ pub(super) const INTERRUPTED: u8 = 130;
 /// kill), and when the terminal is closed. The second time ends the program.
 pub(super) fn cancel_on_interrupt() -> Cancel {
     let cancel = Cancel::default();
-    if outlives_its_terminal() {
-        // All three signals have one handler, which would undo what was asked for.
-        return cancel;
-    }
     let asked = cancel.clone();
-    let handler = ctrlc::set_handler(move || {
+    let listening = listen(move || {
         if asked.is_requested() {
             std::process::exit(i32::from(INTERRUPTED));
         }
         asked.request();
     });
-    if let Err(e) = handler {
+    if let Err(e) = listening {
         tracing::warn!("Ctrl-C will end the program at once: {e}");
     }
     cancel
 }
 
+/// Calls `act` whenever the program is asked to end.
+#[cfg(unix)]
+fn listen(act: impl Fn() + Send + 'static) -> std::io::Result<()> {
+    use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM};
+
+    let mut signals = signal_hook::iterator::Signals::new([SIGINT, SIGTERM])?;
+    if !outlives_its_terminal() {
+        signals.add_signal(SIGHUP)?;
+    }
+    let wait = move || signals.forever().for_each(|_| act());
+    std::thread::Builder::new().name("signals".to_owned()).spawn(wait).map(drop)
+}
+
+/// Calls `act` whenever the program is asked to end.
+#[cfg(not(unix))]
+fn listen(act: impl Fn() + Send + 'static) -> Result<(), ctrlc::Error> {
+    ctrlc::set_handler(act)
+}
+
 /// Whether the program is to go on when its terminal is closed, as `nohup` asks
 /// for: HUP is ignored.
+#[cfg(unix)]
 fn outlives_its_terminal() -> bool {
     // Only there on Linux.
     let ignored = std::fs::read_to_string("/proc/self/status").ok().and_then(|text| {

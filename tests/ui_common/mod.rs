@@ -143,6 +143,22 @@ impl Driver {
         self.harness.run_steps(2);
     }
 
+    /// Writes the shown state through the export dialog.
+    pub(crate) fn export(&mut self, format: &str, path: &std::path::Path) {
+        self.key(egui::Modifiers::COMMAND, egui::Key::E);
+        // The list is longer than the dialog.
+        self.harness.get_by_role_and_label(Role::Button, format).scroll_to_me();
+        self.harness.run_steps(8);
+        self.press(format);
+        let field = self.harness.get_by_role_and_label(Role::TextInput, "File");
+        field.set_text_value_accesskit(path.to_str().unwrap());
+        self.harness.run_steps(2);
+        if self.is_enabled("Export") {
+            self.press("Export");
+            self.settle();
+        }
+    }
+
     /// Answers the question for a path.
     pub(crate) fn type_path(&mut self, path: &str) {
         self.harness.run_steps(2);
