@@ -32,9 +32,10 @@ pub(super) fn fill(camera: &mut Camera, content: &[Point3<f64>]) {
     let distance = if camera.orthographic {
         (0.5 * width / kx).max(0.5 * height / ky).max(LEAST)
     } else {
-        // Depth of the eye from each pair of constraints.
-        let eye = (-0.5 * width / kx).min(-0.5 * height / ky);
-        (middle - eye).max(LEAST)
+        // Depth of the eye from each pair of constraints. Where one point hides all
+        // others that would be its own place.
+        let eye = (-0.5 * width / kx).min(-0.5 * height / ky).min(reach.near - LEAST);
+        middle - eye
     };
     camera.target = Point3::from(axes.right * x + axes.up * y + axes.forward * middle);
     camera.distance = distance;
@@ -162,6 +163,14 @@ mod tests {
             let mut camera = camera;
             fill(&mut camera, &content);
             let reached = seen(&camera, &content).iter().map(|p| p.amax()).fold(0.0, f64::max);
+            let eye = camera.target - camera.forward() * camera.distance;
+            let depth = |p: &Point3<f64>| (p - eye).dot(&camera.forward());
+            let nearest = content.iter().map(depth).fold(f64::INFINITY, f64::min);
+            if !camera.orthographic && nearest < LEAST * (1.0 + 1e-9) {
+                // It may come no nearer.
+                prop_assert!(reached * MARGIN < 1.0 + 1e-6, "{reached}");
+                return Ok(());
+            }
             prop_assert!((reached * MARGIN - 1.0).abs() < 1e-6, "{reached}");
             // Both margins of the tighter direction are reached.
             let (mut min, mut max) = (Vector2::repeat(1.0), Vector2::repeat(-1.0));
