@@ -64,15 +64,7 @@ impl<'a> SegmentedCloud<'a> {
     }
 
     pub(super) fn ply(&self, w: &mut impl Write, binary: bool) -> io::Result<()> {
-        let form = if binary { "binary_little_endian" } else { "ascii" };
-        write!(
-            w,
-            "ply\nformat {form} 1.0\ncomment superform {}\n\
-             comment label: id of the primitive, -1 for none\nelement vertex {}\n\
-             property double x\nproperty double y\nproperty double z\n",
-            env!("CARGO_PKG_VERSION"),
-            self.points.len()
-        )?;
+        begin_ply(w, binary, self.points.len())?;
         if self.colors.is_some() {
             w.write_all(b"property uchar red\nproperty uchar green\nproperty uchar blue\n")?;
         }
@@ -306,6 +298,18 @@ impl Order {
         Self([Group::Place, Group::Color, Group::Label, Group::Normal, Group::InputLabel, Group::InputColor]);
     const LABEL_LAST: Self =
         Self([Group::Place, Group::Normal, Group::Color, Group::InputColor, Group::InputLabel, Group::Label]);
+}
+
+/// The header of a PLY file up to the places of its points.
+pub(super) fn begin_ply(w: &mut impl Write, binary: bool, points: usize) -> io::Result<()> {
+    let form = if binary { "binary_little_endian" } else { "ascii" };
+    write!(
+        w,
+        "ply\nformat {form} 1.0\ncomment superform {}\n\
+         comment label: id of the primitive, -1 for none\nelement vertex {points}\n\
+         property double x\nproperty double y\nproperty double z\n",
+        env!("CARGO_PKG_VERSION"),
+    )
 }
 
 /// Characters that the places of a point take in a text, on average over some

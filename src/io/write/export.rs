@@ -34,9 +34,7 @@ pub fn export(
     options: &ExportOptions,
     outcome: &Outcome<'_>,
 ) -> Result<Exported, WriteError> {
-    let mut writing = Writing::default();
-    writing.stage(path, format, options, Source::Outcome(outcome))?;
-    writing.finish()
+    alone(path, format, options, Source::Outcome(outcome))
 }
 
 /// The same from primitives alone, of which no cloud and no mesh can be
@@ -50,8 +48,18 @@ pub fn export_primitives(
     options: &ExportOptions,
     set: &PrimitiveSet<'_>,
 ) -> Result<Exported, WriteError> {
+    alone(path, format, options, Source::Primitives(set))
+}
+
+/// Writes one file, and those that it refers to.
+fn alone(
+    path: &Path,
+    format: Format,
+    options: &ExportOptions,
+    source: Source<'_>,
+) -> Result<Exported, WriteError> {
     let mut writing = Writing::default();
-    writing.stage(path, format, options, Source::Primitives(set))?;
+    writing.stage(path, format, options, source)?;
     writing.finish()
 }
 

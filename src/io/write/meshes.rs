@@ -4,20 +4,12 @@ use std::io::{self, Write};
 
 use nalgebra::{Point3, Vector3};
 
-use super::cloud::Text;
+use super::cloud::{Text, begin_ply};
 use super::parts::Parts;
 
 /// One mesh, its faces in their order, each with the id of its part.
 pub(super) fn ply(w: &mut impl Write, parts: &Parts, binary: bool, colors: bool) -> io::Result<()> {
-    let form = if binary { "binary_little_endian" } else { "ascii" };
-    write!(
-        w,
-        "ply\nformat {form} 1.0\ncomment superform {}\n\
-         comment label: id of the primitive, -1 for none\nelement vertex {}\n\
-         property double x\nproperty double y\nproperty double z\n",
-        env!("CARGO_PKG_VERSION"),
-        parts.vertices.len()
-    )?;
+    begin_ply(w, binary, parts.vertices.len())?;
     if parts.normals.is_some() {
         w.write_all(b"property float nx\nproperty float ny\nproperty float nz\n")?;
     }

@@ -6,6 +6,7 @@ use std::io::{Cursor, Read};
 use zip::ZipArchive;
 
 use crate::io::error::Fault;
+use crate::io::read::scalar::Scalar;
 
 /// Most bytes that an array may unpack to.
 const LARGEST: u64 = 1 << 30;
@@ -125,28 +126,26 @@ impl Array {
             .zip(from.checked_add(count).and_then(|end| end.checked_mul(self.width)))
             .and_then(|(start, end)| self.data.get(start..end))
             .ok_or_else(|| "is too short".to_owned())?;
-        if matches!(self.kind, b'S' | b'U') {
-            return Err("holds texts, where numbers are needed".to_owned());
-        }
-        Ok(bytes.chunks_exact(self.width).map(|value| self.number(value)).collect())
+        let scalar = self.scalar().ok_or("holds texts, where numbers are needed")?;
+        Ok(bytes.chunks_exact(self.width).map(|value| scalar.value(value, self.is_big_endian)).collect())
     }
 
-    fn number(&self, value: &[u8]) -> f64 {
-        let mut le = [0; 8];
-        for (k, to) in le.iter_mut().take(self.width).enumerate() {
-            *to = if self.is_big_endian { value[self.width - 1 - k] } else { value[k] };
-        }
-        let bits = u64::from_le_bytes(le);
-        match (self.kind, self.width) {
-            (b'f', 2) => half(bits as u16),
-            (b'f', 4) => f64::from(f32::from_bits(bits as u32)),
-            (b'f', _) => f64::from_bits(bits),
-            (b'i', 1) => f64::from(bits as u8 as i8),
-            (b'i', 2) => f64::from(bits as u16 as i16),
-            (b'i', 4) => f64::from(bits as u32 as i32),
-            (b'i', _) => bits as i64 as f64,
-            _ => bits as f64,
-        }
+    /// How the numbers are stored; `None` for texts.
+    fn scalar(&self) -> Option<Scalar> {
+        Some(match (self.kind, self.width) {
+            (b'f', 2) => Scalar::F16,
+            (b'f', 4) => Scalar::F32,
+            (b'f', 8) => Scalar::F64,
+            (b'i', 1) => Scalar::I8,
+            (b'i', 2) => Scalar::I16,
+            (b'i', 4) => Scalar::I32,
+            (b'i', 8) => Scalar::I64,
+            (b'u' | b'b', 1) => Scalar::U8,
+            (b'u', 2) => Scalar::U16,
+            (b'u', 4) => Scalar::U32,
+            (b'u', 8) => Scalar::U64,
+            _ => return None,
+        })
     }
 
     /// The text at a place; `None` where the array holds none.
@@ -165,18 +164,6 @@ impl Array {
             _ => return None,
         };
         Some(text.trim_end_matches('\0').to_owned())
-    }
-}
-
-/// A number of 16 bits, IEEE 754 binary16.
-fn half(bits: u16) -> f64 {
-    let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
-    let (exponent, fraction) = (i32::from((bits >> 10) & 31), f64::from(bits & 1023));
-    sign * match exponent {
-        0 => fraction * 2f64.powi(-24),
-        31 if fraction == 0.0 => f64::INFINITY,
-        31 => f64::NAN,
-        _ => (1.0 + fraction / 1024.0) * 2f64.powi(exponent - 15),
     }
 }
 
