@@ -57,6 +57,8 @@ impl ExportDialog {
         let name = session.export_name(choice.format);
         let folder = session.window.save_folder.as_deref().filter(|folder| folder.is_dir());
         let path = folder.map_or_else(|| PathBuf::from(&name), |folder| folder.join(&name));
+        // A name alone would not tell in which folder.
+        let path = std::path::absolute(&path).unwrap_or(path);
         self.open = Some(Open { choice, path: path.display().to_string(), replaces: None, unseen: 2 });
     }
 
