@@ -5,7 +5,9 @@ use super::method::Algorithm;
 use crate::geometry::kernel::Distance;
 use serde::{Deserialize, Serialize};
 
-/// Parameters of the inference. The defaults are the paper's.
+/// Parameters of the inference. By default α, p₀, T and K have the paper's
+/// values, whereas merging, the distance of the fits, freezing and refining are
+/// the program's own: [`Params::paper`] has the paper's there, too.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Params {
@@ -88,7 +90,7 @@ impl Params {
     pub const PRIMITIVE_COST: (f64, f64) = (0.1, 10.0);
     pub const OUTLIER_PRIOR: (f64, f64) = (0.01, 0.99);
 
-    /// The steps and defaults of the paper and its authors' program.
+    /// The steps of the paper and the thresholds of its authors' program.
     pub fn paper() -> Self {
         Self {
             merge: MergeRule::Paper,

@@ -283,7 +283,7 @@ macro_rules! verbs {
 }
 
 verbs! {
-    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, XYZ), or a session";
+    Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, PCD, LAS, NPY, XYZ …), a result or a session";
     OpenBuiltIn: File, None, "Open built-in shape", "Open the shape that comes with the program";
     SaveSession: File, ctrl('S'), "Save session",
         "Write all of this to one file: shape, parameters, every state and branch, undo history and view";
