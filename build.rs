@@ -1,4 +1,5 @@
-//! Tells the program its version, with the commit that it was built from.
+//! Tells the program its version, with the commit that it was built from, and
+//! the tests whether the shapes are there that some of them need.
 #![allow(clippy::print_stdout)] // That is how a build script speaks.
 
 use std::path::Path;
@@ -12,6 +13,25 @@ fn main() {
         None => version.to_owned(),
     };
     println!("cargo:rustc-env=SUPERFORM_VERSION={version}");
+    look_for_test_shapes();
+}
+
+/// Sets `shared_data` where the folder of test shapes lies beside the
+/// repository, or must: without it the tests that need it are ignored, and
+/// listed as such. (Whether a file is there that was not is looked at only when
+/// the variable changes: cargo would build anew each time that it is missing.)
+fn look_for_test_shapes() {
+    const REQUIRED: &str = "SUPERFORM_REQUIRE_DATA";
+    const TABLE: &str = "../shared/data/SOURCES.csv";
+    println!("cargo:rustc-check-cfg=cfg(shared_data)");
+    println!("cargo:rerun-if-env-changed={REQUIRED}");
+    let is_there = Path::new(TABLE).exists();
+    if is_there {
+        println!("cargo:rerun-if-changed={TABLE}");
+    }
+    if is_there || std::env::var_os(REQUIRED).is_some_and(|v| v == "1") {
+        println!("cargo:rustc-cfg=shared_data");
+    }
 }
 
 /// The commit, where it is known: not in what was unpacked from a package, and

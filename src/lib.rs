@@ -26,7 +26,7 @@
 //! | [`cli`] | the command line | `pictures`, `session`, `inference`, `io`, `worker`, `geometry` |
 //! | `app` | the window's composition root | all |
 //!
-//! `tests/architecture.rs` reads the `use crate::` lines and fails on a
+//! `tests/repository/architecture.rs` reads the `use crate::` lines and fails on a
 //! dependency that this table does not allow.
 
 pub mod cli;

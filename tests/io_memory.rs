@@ -3,9 +3,10 @@
 #![cfg(target_os = "linux")]
 #![allow(clippy::unwrap_used)] // What can't be had in a helper fails the test, too.
 
-mod io_common;
+#[path = "common/formats.rs"]
+mod formats;
 
-use io_common::{las, npy, npz, pcd, pcd_packed};
+use formats::{las, npy, npz, pcd, pcd_packed};
 use superform::io::read_bytes;
 
 /// The most memory that the process has had since the last call, in bytes,

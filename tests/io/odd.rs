@@ -1,0 +1,356 @@
+//! Odd files, one of each kind that people and programs make: each is read for
+//! what it is, or refused with one message that says what, where and what to do.
+
+use crate::formats::{f64s, npy, npz, pcd};
+use superform::io::{ShapeGeometry, read_bytes};
+
+/// What becomes of a file.
+enum Becomes {
+    /// Vertices, faces, and a part of the notes.
+    Mesh(usize, usize, &'static str),
+    Cloud(usize, &'static str),
+    /// A part of the message.
+    Refused(&'static str),
+}
+use Becomes::{Cloud, Mesh, Refused};
+
+#[track_caller]
+fn expect(cases: Vec<(&str, Vec<u8>, Becomes)>) {
+    for (i, (name, bytes, becomes)) in cases.into_iter().enumerate() {
+        let found = read_bytes(&bytes, name);
+        let start = String::from_utf8_lossy(&bytes[..bytes.len().min(60)]).into_owned();
+        match (found, becomes) {
+            (Ok(shape), Mesh(vertices, faces, note)) => {
+                let ShapeGeometry::Mesh(mesh) = &shape.geometry else { panic!("{i} is a cloud: {start}") };
+                let notes = shape.notes.join("; ");
+                assert_eq!((mesh.vertices.len(), mesh.faces.len()), (vertices, faces), "{i}: {start}");
+                assert!(notes.contains(note) && notes.is_empty() == note.is_empty(), "{i}: {notes}");
+            }
+            (Ok(shape), Cloud(points, note)) => {
+                let ShapeGeometry::Cloud(cloud) = &shape.geometry else { panic!("{i} is a mesh: {start}") };
+                let notes = shape.notes.join("; ");
+                assert_eq!(cloud.points.len(), points, "{i}: {start}");
+                assert!(notes.contains(note) && notes.is_empty() == note.is_empty(), "{i}: {notes}");
+            }
+            (Err(e), Refused(words)) => {
+                let message = e.to_string();
+                assert!(message.contains(words) && message.contains(name), "{i}: {message} lacks {words}");
+            }
+            (Ok(shape), Refused(words)) => panic!("{i} was read, not {words}: {start}: {shape:?}"),
+            (Err(e), _) => panic!("{i}: {e}"),
+        }
+    }
+}
+
+fn text(s: &str) -> Vec<u8> {
+    s.as_bytes().to_vec()
+}
+
+fn utf16(s: &str, big: bool) -> Vec<u8> {
+    let unit = |u: u16| if big { u.to_be_bytes() } else { u.to_le_bytes() };
+    std::iter::once(0xfeff).chain(s.encode_utf16()).flat_map(unit).collect()
+}
+
+const OBJ: &str = "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n";
+
+#[test]
+fn texts_of_any_encoding_and_ending() {
+    let off = "OFF\n3 1 0\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2";
+    let stl = "solid a\nfacet normal 0 0 0\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a";
+    let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
+               element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2";
+    let mut cases = Vec::new();
+    for (name, content) in [("a.obj", OBJ), ("a.off", off), ("a.stl", stl)] {
+        cases.push((name, [b"\xef\xbb\xbf", content.as_bytes()].concat(), Mesh(3, 1, "")));
+        cases.push((name, utf16(content, false), Mesh(3, 1, "")));
+        cases.push((name, utf16(content, true), Mesh(3, 1, "")));
+    }
+    for (name, content) in [("a.obj", OBJ), ("a.off", off), ("a.stl", stl), ("a.ply", ply)] {
+        cases.push((name, text(&content.replace('\n', "\r")), Mesh(3, 1, "")));
+        cases.push((name, text(&content.replace('\n', "\r\n")), Mesh(3, 1, "")));
+        cases.push((name, text(content.trim_end()), Mesh(3, 1, "")));
+        cases.push(("a", text(content), Mesh(3, 1, "")));
+        cases.push(("a.xyz", text(&content.replace('\n', "\n\n")), Mesh(3, 1, "")));
+    }
+    cases.push(("a.xyz", utf16("1 2 3\n4 5 6", false), Cloud(2, "")));
+    cases.push(("a.csv", utf16("x,y,z\r\n1,2,3\r\n4,5,6\r\n", true), Cloud(2, "")));
+    cases.push(("a.xyz", text("1 2 3\r4 5 6\r"), Cloud(2, "")));
+    cases.push(("a.xyz", text("1 2 3\n4 5 6\n\u{1a}"), Cloud(2, "")));
+    cases.push(("a.xyz", b"1 2 3\n4 5 6\n\0\0\0".to_vec(), Refused("in no format that can be read")));
+    cases.push(("a.ply", utf16(ply, false), Mesh(3, 1, "")));
+    expect(cases);
+}
+
+#[test]
+fn odd_obj() {
+    expect(vec![
+        ("a.obj", text(&OBJ.replace("f 1", "f -0")), Cloud(3, "1 face pointing")),
+        ("a.obj", text(&OBJ.replace("f 1 2 3", "f 1 \\\n2 \\\n3")), Mesh(3, 1, "")),
+        ("a.obj", text(&OBJ.replace("f 1 2 3", "f 1 2 3\\")), Mesh(3, 1, "")),
+        ("a.obj", text(&OBJ.replace("f 1 2 3", "f 1 2")), Cloud(3, "")),
+        (
+            "a.obj",
+            text(&OBJ.replace("f 1 2 3", "f 99999999999999999999 2 3")),
+            Refused("line 4: “99999999999999999999”"),
+        ),
+        ("a.obj", text(&OBJ.replace("f 1 2 3", "f 1.0 2 3")), Refused("line 4: “1.0” is not the index")),
+        ("a.obj", text(&OBJ.replace("v 0 1 0", "v 0 1")), Refused("line 3: a vertex needs three")),
+        ("a.obj", text(&OBJ.replace("v 0 1 0", "v 0 1,5 0")), Refused("line 3: “1,5” is not a number")),
+        ("a.obj", text(&OBJ.replace("v 0 1 0", "v 0 1 0x10")), Refused("line 3: “0x10” is not a number")),
+        (
+            "a.obj",
+            text(&format!("{OBJ}vt 0\nvp 1\ncurv 0 1\nsurf 0\nparm u 0\nend\nl 1 2\nf 3 2 1 # back\n")),
+            Mesh(3, 2, ""),
+        ),
+        ("a.obj", text("mtllib x.mtl\no nothing\n"), Refused("no points")),
+        ("a.obj", text("V 0 0 0\nV 1 0 0\n"), Refused("no points")),
+    ]);
+}
+
+#[test]
+fn odd_ply() {
+    let header = |body: &str| text(&format!("ply\nformat ascii 1.0\n{body}"));
+    let xyz = "property float x\nproperty float y\nproperty float z\n";
+    let list = |kind: &str| {
+        format!(
+            "element vertex 3\n{xyz}element face 1\nproperty list {kind} vertex_indices\nend_header\n0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n"
+        )
+    };
+    let mut big = b"ply\nformat binary_big_endian 1.0\nelement vertex 4\nproperty float x\nproperty float y\nproperty float z\n\
+                    element tristrips 1\nproperty list int int vertex_indices\nend_header\n".to_vec();
+    for v in [0f32, 0., 0., 1., 0., 0., 0., 1., 0., 1., 1., 0.] {
+        big.extend(v.to_be_bytes());
+    }
+    for v in [6i32, 0, 1, 2, 3, -1, 0] {
+        big.extend(v.to_be_bytes());
+    }
+    expect(vec![
+        ("a.ply", big, Mesh(4, 2, "")),
+        ("a.ply", header(&list("uchar double")), Mesh(3, 1, "")),
+        ("a.ply", header(&list("int64 uint64")), Mesh(3, 1, "")),
+        ("a.ply", header(&list("float int")), Refused("line 8: “property list float int")),
+        ("a.ply", header(&list("uchar list uchar int")), Refused("line 8: “property list uchar list")),
+        (
+            "a.ply",
+            header(&list("uchar int").replace("3 0 1 2", "-3 0 1 2")),
+            Refused("line 13: -3 is not the length"),
+        ),
+        (
+            "a.ply",
+            header(&list("uchar int").replace("3 0 1 2", "999999999999 0 1 2")),
+            Refused("line 13: the line holds fewer"),
+        ),
+        (
+            "a.ply",
+            header(&format!("element vertex -5\n{xyz}end_header\n")),
+            Refused("line 3: “-5” is not a number of elements"),
+        ),
+        (
+            "a.ply",
+            header(&format!(
+                "comment a\nobj_info b\nelement vertex 1\ncomment c\n{xyz}comment\nend_header\n1 2 3\n"
+            )),
+            Cloud(1, ""),
+        ),
+        ("a.ply", header(&format!("element vertex 0\n{xyz}end_header\n")), Refused("no vertices")),
+        (
+            "a.ply",
+            header(&format!(
+                "element vertex 2\n{xyz}element vertex 1\n{xyz}property uchar red\nend_header\n0 0 0\n1 1 1\n2 2 2 9\n"
+            )),
+            Cloud(2, ""),
+        ),
+        ("a.ply", header(&format!("element vertex 1\n{xyz}")), Refused("no end (end_header)")),
+        ("a.ply", text("ply\n"), Refused("line 2: the header has no end")),
+        (
+            "a.ply",
+            header("element face 1000000000000\nproperty list uchar int vertex_indices\nend_header\n"),
+            Refused("announces 1000000000000 elements “face”"),
+        ),
+        (
+            "a.ply",
+            header(
+                "element vertex 1\nproperty list uchar float x\nproperty float y\nproperty float z\nend_header\n1 2 3 4\n",
+            ),
+            Refused("is a list"),
+        ),
+    ]);
+}
+
+#[test]
+fn odd_stl() {
+    let triangle: Vec<u8> = [0f32, 0., 1., 0., 0., 0., 1., 0., 0., 0., 1., 0.]
+        .iter()
+        .flat_map(|v| v.to_le_bytes())
+        .chain([0, 0])
+        .collect();
+    let binary = |name: &str, count: u32, triangles: usize| {
+        let mut file = name.as_bytes().to_vec();
+        file.resize(80, b' ');
+        file.extend(count.to_le_bytes());
+        file.extend(triangle.repeat(triangles));
+        file
+    };
+    expect(vec![
+        ("a.stl", binary("solid", 1, 1), Mesh(3, 1, "")),
+        ("a.stl", binary("written as it went", 0, 3), Mesh(3, 3, "announces no triangles, but there are 3")),
+        ("a.stl", binary("", 1, 3), Mesh(3, 1, "100 bytes after the 1 announced")),
+        (
+            "a.stl",
+            binary("", 2, 1),
+            Refused("byte 80: the header announces 2 triangles, but there is room for 1"),
+        ),
+        ("a.stl", binary("", u32::MAX, 1), Refused("byte 80: the header announces 4294967295")),
+        ("a.stl", [binary("COLOR=\u{1}", 1, 1), b"and more".to_vec()].concat(), Mesh(3, 1, "8 bytes after")),
+        ("a.obj", binary("not an OBJ", 1, 1), Mesh(3, 1, "")),
+        ("a.stl", text("solid\nendsolid\n"), Refused("no triangles")),
+        (
+            "a.stl",
+            text(
+                "solid x\nfacet normal 0 0 1 outer loop vertex 0 0 0 vertex 1 0 0 vertex 0 1 0 endloop endfacet endsolid",
+            ),
+            Mesh(3, 1, ""),
+        ),
+        (
+            "a.stl",
+            text(
+                "SOLID X\nFACET NORMAL 0 0 1\nOUTER LOOP\nVERTEX 0 0 0\nVERTEX 1 0 0\nVERTEX 0 1 0\nENDLOOP\nENDFACET\nENDSOLID",
+            ),
+            Mesh(3, 1, ""),
+        ),
+    ]);
+}
+
+#[test]
+fn odd_off() {
+    let body = "0 0 0\n1 0 0\n0 1 0\n3 0 1 2\n";
+    expect(vec![
+        ("a.off", text(&format!("OFF3 1 0\n{body}")), Mesh(3, 1, "")),
+        (
+            "a.off",
+            text(&format!("OFF 3 1 0 # counts\n# and\n\n  # comments\n{}", body.replace('\n', "\n# more\n"))),
+            Mesh(3, 1, ""),
+        ),
+        ("a.off", text(&format!("OFF\n3 1\n{body}")), Mesh(3, 1, "")),
+        ("a.off", text(&format!("STOFF\n3 1 0\n{}", body.replace("0 0 0", "0 0 0 0.5 0.5"))), Mesh(3, 1, "")),
+        (
+            "a.off",
+            text(&format!("nOFF\n4\n3 1 0\n{body}")),
+            Refused("line 1: “nOFF” begins no OFF mesh of three"),
+        ),
+        ("a.off", text("OFF BINARY\n"), Refused("line 1: a binary OFF")),
+        ("a.off", text(&format!("OFF\n-3 1 0\n{body}")), Refused("line 2: “-3” is not a number of vertices")),
+        (
+            "a.off",
+            text(&format!("OFF\n3 1000000000000 0\n{body}")),
+            Refused("line 7: 1000000000000 faces are announced, but there are 1"),
+        ),
+        (
+            "a.off",
+            text(&format!("OFF\n3 1 0\n{}", body.replace("3 0 1 2", "4 0 1 2"))),
+            Refused("line 6: the face has fewer corners"),
+        ),
+        (
+            "a.off",
+            text(&format!("OFF\n3 1 0\n{}", body.replace("3 0 1 2", "3 0 1 7"))),
+            Cloud(3, "1 face pointing"),
+        ),
+        ("a.off", text(&format!("OFF\n3 1 0\n{}", body.replace("3 0 1 2", "-1 0 1 2"))), Cloud(3, "")),
+        ("a.off", text("OFF\n0 0 0\n"), Refused("no points")),
+        ("a.off", text("OFF\n"), Refused("counts of vertices and faces are missing")),
+    ]);
+}
+
+#[test]
+fn odd_gltf() {
+    let glb = |length: u32, json: &str| {
+        let mut json = json.to_owned();
+        while !json.len().is_multiple_of(4) {
+            json.push(' ');
+        }
+        let mut file = b"glTF\x02\0\0\0".to_vec();
+        file.extend((20 + json.len() as u32).to_le_bytes());
+        file.extend(if length == 0 { json.len() as u32 } else { length }.to_le_bytes());
+        file.extend(b"JSON");
+        file.extend(json.bytes());
+        file
+    };
+    let empty = r#"{"asset": {"version": "2.0"}}"#;
+    let deep = format!("{}{}", r#"{"asset": {"version": "2.0"}, "extras": "#, "[".repeat(10_000));
+    let nodes = |nodes: &str| {
+        text(&format!(r#"{{"asset": {{"version": "2.0"}}, "scenes": [{{"nodes": [0]}}], "nodes": {nodes}}}"#))
+    };
+    let buffer = |uri: &str| {
+        text(&format!(
+            r#"{{"asset": {{"version": "2.0"}}, "buffers": [{{"byteLength": 4, "uri": "{uri}"}}]}}"#
+        ))
+    };
+    expect(vec![
+        ("a.glb", glb(u32::MAX, empty), Refused("byte 12: a part of 4294967295 bytes begins here")),
+        ("a.glb", glb(8, empty), Refused("byte 28: a part of")),
+        ("a.glb", glb(0, empty), Refused("neither triangles nor points")),
+        ("a.glb", glb(0, "{}"), Refused("neither triangles nor points")),
+        ("a.glb", b"glTF".to_vec(), Refused("byte 12: its JSON part is missing")),
+        ("a.gltf", text(&deep), Refused("line 1")),
+        ("a.gltf", nodes(r#"[{"children": [0]}]"#), Refused("node 0 hangs below more than one other")),
+        ("a.gltf", nodes(r#"[{"children": [1]}, {"children": [0]}]"#), Refused("node 0 hangs below")),
+        ("a.gltf", nodes(r#"[{"mesh": 7}]"#), Refused("mesh 7, but has 0")),
+        ("a.gltf", buffer("a.bin"), Refused("is a file of its own; embed it")),
+        ("a.gltf", buffer("/etc/passwd"), Refused("lies elsewhere")),
+        ("a.gltf", buffer("data:;base64,!!!!"), Refused("buffer 0 is no base64")),
+        ("a.gltf", text(r#"{"asset": {"version": "2.0"}, "nodes": 7}"#), Refused("line 1")),
+        ("a.json", text(r#"{"type": "FeatureCollection"}"#), Refused("in no format")),
+    ]);
+}
+
+#[test]
+fn odd_clouds() {
+    let rows = "1 2 3\n4 5 6\n";
+    let binary = [pcd("x y z", "4 4 4", "F F F", 2, "binary"), vec![0; 24]].concat();
+    let bomb = npz(&[("points", npy("'<f8'", false, "1000000, 3", &vec![0; 24_000_000]))], true);
+    assert!(bomb.len() < 100_000);
+    expect(vec![
+        (
+            "a.pcd",
+            text(&format!("FIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nWIDTH 2\nDATA ascii\n{rows}")),
+            Cloud(2, ""),
+        ),
+        ("a.xyz", binary, Cloud(2, "")),
+        (
+            "a.pcd",
+            text(&format!(
+                "\u{feff}# .PCD v0.7\r\nFIELDS x y z\r\nSIZE 4 4 4\r\nTYPE F F F\r\nPOINTS 2\r\nDATA ascii\r\n{rows}"
+            )),
+            Cloud(2, ""),
+        ),
+        (
+            "a.pcd",
+            text("# .PCD v0.7\nFIELDS x y z\nSIZE 4 4 4\nTYPE F F F\nPOINTS 0\nDATA ascii\n"),
+            Refused("no points"),
+        ),
+        (
+            "a.pcd",
+            pcd("x y z", "8 8 8", "F F F", usize::MAX / 8, "binary"),
+            Refused("more than any file holds"),
+        ),
+        ("a.pcd", text(rows), Cloud(2, "")),
+        ("a.las", text("LASF"), Refused("the file ends here, but more is announced")),
+        ("a.las", text("nothing of a scan"), Refused("the file ends here, but more is announced")),
+        ("a.npy", text("nothing"), Refused("byte 0: a NumPy array begins with")),
+        ("a.npz", text("PK\u{3}\u{4}nothing.npy"), Refused("the archive can't be opened")),
+        ("a.npz", text("nothing"), Refused("in no format")),
+        ("a.npz", bomb, Refused("24000000 bytes, more than the")),
+        (
+            "a.npy",
+            npy("'<f8'", false, "2, 3", &f64s(&[f64::NAN; 6])),
+            Refused("none of its points has finite"),
+        ),
+        ("a.xyz", text("1 2 3\n4 5 6 7 8 9 10 11\n"), Cloud(2, "")),
+        ("a.xyz", text("1 2\n3 4\n"), Refused("line 1: 2 columns, but a point needs three")),
+        ("a.csv", text("lat,lon\n1,2\n"), Refused("line 2: 2 columns")),
+        ("a.txt", text("exported today\nX Y Z\nm m m\n1 2 3\n"), Cloud(1, "")),
+        ("a.xyz", text(&format!("{}1 2 3\n", "# a long comment\n".repeat(10_000))), Cloud(1, "")),
+        ("a.xyz", text("1e400 0 0\n1 1 1\n"), Cloud(2, "1 point has")),
+        ("a.pts", text("99999999999999999999\n1 2 3\n"), Refused("line 1")),
+    ]);
+}

@@ -1,0 +1,211 @@
+//! Every format of the registry: written, and what we read ourselves read
+//! back. What others make of the files is `python_read_back.rs`.
+
+use std::fs;
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::common::{cloud, read_as};
+use nalgebra::{Rotation3, Vector3};
+use superform::geometry::palette::Colors;
+use superform::geometry::{SampleCloud, SamplingOptions, Superquadric};
+use superform::inference::{Abstraction, Figures, Params, Phase, Primitive, UNASSIGNED};
+use superform::io::{self, ExportOptions, Format, Kind, Outcome, Shape};
+
+/// A finished run whose samples are dealt to three primitives and none in turn.
+struct Run {
+    colors: Colors,
+    shape: Shape,
+    cloud: SampleCloud,
+    params: Params,
+    abstraction: Abstraction,
+}
+
+impl Run {
+    fn on(shape: Shape, points: usize) -> Self {
+        let cloud = io::sample(&shape, &SamplingOptions { points, ..SamplingOptions::default() }).unwrap();
+        let labels: Arc<[u32]> = (0..cloud.points.len()).map(|i| [4, 0, UNASSIGNED, 11][i % 4]).collect();
+        let primitive = |id: u32| Primitive {
+            id,
+            shape: Superquadric {
+                exponents: [0.1 + f64::from(id) / 10.0, 1.0 / 3.0],
+                semi_axes: Vector3::new(0.25, 2.0, 1.0 + f64::from(id)),
+                rotation: Rotation3::from_euler_angles(0.3, -1.2, f64::from(id)),
+                translation: Vector3::new(-1.5, 0.1, 1e3),
+                taper: [-0.25, 0.5],
+            },
+            sigma: 0.125,
+            points: labels.iter().filter(|&&l| l == id).count(),
+            mean_distance: 0.01,
+            locked: false,
+        };
+        let unassigned = labels.iter().filter(|&&l| l == UNASSIGNED).count();
+        let abstraction = Abstraction {
+            phase: Phase::Finished,
+            iteration: 2,
+            primitives: [4, 0, 11].map(primitive).into(),
+            figures: Figures { clusters: 3, unassigned, mean_distance: 0.01, log_joint: None },
+            pinned: [].into(),
+            labels,
+        };
+        Self { shape, cloud, params: Params::default(), abstraction, colors: Colors::default() }
+    }
+
+    fn outcome(&self) -> Outcome<'_> {
+        Outcome {
+            colors: &self.colors,
+            shape: &self.shape,
+            cloud: &self.cloud,
+            sampling: SamplingOptions::default(),
+            params: &self.params,
+            abstraction: &self.abstraction,
+        }
+    }
+}
+
+fn cloud_run() -> Run {
+    let text: String = (0..400)
+        .map(|i| {
+            if i == 7 {
+                "nan 0 1 9 9 9\n".to_owned()
+            } else {
+                format!("{} {} 0.1 {} 20 30\n", i % 8, f64::from(i / 8) * 1.1, i % 256)
+            }
+        })
+        .collect();
+    Run::on(read_as("grid.xyz", text).unwrap(), 120)
+}
+
+fn names(folder: &Path) -> Vec<String> {
+    let entries = fs::read_dir(folder).unwrap();
+    let mut names: Vec<String> =
+        entries.map(|f| f.unwrap().file_name().to_string_lossy().into_owned()).collect();
+    names.sort();
+    names
+}
+
+#[test]
+fn every_format_is_written_and_about_as_large_as_was_said() {
+    let runs = [cloud_run(), Run::on(io::built_in().unwrap(), 2000)];
+    for format in Format::ALL {
+        for (run, is_mesh) in runs.iter().zip([false, true]) {
+            for binary in [true, false] {
+                let folder = tempfile::tempdir().unwrap();
+                let path = folder.path().join(format!("a.{}", format.ending()));
+                let options = ExportOptions { binary, ..ExportOptions::default() };
+                let written = io::export(&path, format, &options, &run.outcome());
+                if format.needs_mesh() && !is_mesh {
+                    assert!(written.unwrap_err().to_string().contains("needs a mesh"));
+                    assert!(names(folder.path()).is_empty());
+                    continue;
+                }
+                let written = written.unwrap();
+                assert_eq!(written.files[0], path, "{format}");
+                let size: u64 = written.files.iter().map(|f| fs::metadata(f).unwrap().len()).sum();
+                let said = io::estimated_size(format, &options, &run.outcome());
+                // How far an archive shrinks depends on what is in it.
+                let least = if format.ending() == "npz" { 0 } else { said / 2 };
+                assert!((least..2 * said).contains(&size), "{format}: {size} bytes, said were {said}");
+                // The same result gives the same bytes.
+                let first: Vec<_> = written.files.iter().map(|f| fs::read(f).unwrap()).collect();
+                let again = io::export(&path, format, &options, &run.outcome()).unwrap();
+                assert!(again.files.iter().zip(&first).all(|(f, bytes)| fs::read(f).unwrap() == *bytes));
+            }
+        }
+    }
+}
+
+#[test]
+fn all_forms_of_the_cloud_hold_the_same() {
+    let run = cloud_run();
+    let folder = tempfile::tempdir().unwrap();
+    let (input, _) = cloud(run.shape.clone());
+    for (name, binary) in [("a.ply", true), ("b.ply", false), ("c.csv", true), ("d.xyz", true)] {
+        let path = folder.path().join(name);
+        let format = Format::from_path(&path, Some(Kind::Cloud)).unwrap();
+        let options = ExportOptions { binary, ..ExportOptions::default() };
+        io::export(&path, format, &options, &run.outcome()).unwrap();
+        let (points, colors) = cloud(io::read(&path).unwrap());
+        assert_eq!(points.len(), input.len(), "{name}");
+        for (a, b) in points.iter().zip(&input).flat_map(|(p, q)| p.iter().zip(q.iter())) {
+            assert!(a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan()), "{name}: {a} {b}");
+        }
+        let labels = run.cloud.labels_of_input(&run.abstraction.labels, UNASSIGNED);
+        for (color, &label) in colors.unwrap().iter().zip(&labels) {
+            let expected = if label == UNASSIGNED { [138; 3] } else { run.colors.of(label) };
+            assert_eq!(*color, expected, "{name}");
+        }
+    }
+}
+
+#[test]
+fn primitives_come_back_from_each_form() {
+    let run = cloud_run();
+    let folder = tempfile::tempdir().unwrap();
+    let options = ExportOptions::default();
+    for name in ["p.json", "p.npz", "p.csv"] {
+        let path = folder.path().join(name);
+        let format = Format::from_path(&path, None).unwrap();
+        io::export(&path, format, &options, &run.outcome()).unwrap();
+        let back = io::read_primitives(&path).unwrap();
+        assert_eq!(back.notes, [] as [&str; 0]);
+        assert_eq!(back.primitives.len(), 3);
+        for (p, q) in back.primitives.iter().zip(run.abstraction.primitives.iter()) {
+            assert_eq!(p.id, q.id);
+            if name == "p.csv" {
+                let turned = (p.shape.rotation.matrix() - q.shape.rotation.matrix()).amax();
+                assert!(turned < 1e-15 * 4.0, "{turned}");
+                let same = Superquadric { rotation: q.shape.rotation, ..p.shape };
+                assert_eq!(same, q.shape);
+                assert_eq!(back.points, None);
+            } else {
+                assert_eq!(p, q, "{name}");
+                assert_eq!(back.points, Some(120));
+                assert_eq!(back.input.as_deref(), Some("grid.xyz"));
+            }
+        }
+        // Written from what was read, it is the same file but for the samples.
+        let again = folder.path().join(format!("again-{name}"));
+        let colors = Colors::default();
+        io::export_primitives(&again, format, &options, &back.set(&colors)).unwrap();
+        let back_again = io::read_primitives(&again).unwrap();
+        for (p, q) in back_again.primitives.iter().zip(&back.primitives) {
+            // Angles are rounded anew.
+            let turned = (p.shape.rotation.matrix() - q.shape.rotation.matrix()).amax();
+            assert!(p.id == q.id && turned < 1e-15, "{turned}");
+        }
+        if name == "p.json" {
+            assert_eq!(fs::read(&again).unwrap(), fs::read(&path).unwrap());
+        }
+        // A pasted text is as good as a file.
+        if name != "p.npz" {
+            let text = io::primitives_text(format, &(&run.outcome()).into()).unwrap();
+            assert_eq!(text.as_bytes(), fs::read(&path).unwrap());
+            let pasted = io::parse_primitives(text.as_bytes(), Path::new("the clipboard"), None).unwrap();
+            assert_eq!(pasted.primitives, back.primitives);
+        }
+    }
+    assert!(io::primitives_text(Format::PrimitivesNpz, &(&run.outcome()).into()).is_err());
+    let cloud = folder.path().join("a.ply");
+    let colors = Colors::default();
+    let stored = io::read_primitives(&folder.path().join("p.json")).unwrap();
+    let problem =
+        io::export_primitives(&cloud, Format::CloudPly, &options, &stored.set(&colors)).unwrap_err();
+    assert!(problem.to_string().contains("there are only primitives"), "{problem}");
+}
+
+#[test]
+fn several_exports_are_written_together_or_not_at_all() {
+    let run = cloud_run();
+    let folder = tempfile::tempdir().unwrap();
+    let out = folder.path().join("new/out");
+    let options = ExportOptions::default();
+    let files = |list: &[&str]| list.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
+    let problem = io::export_all(&out, &files(&["a.csv", "b.docx"]), &options, &run.outcome()).unwrap_err();
+    assert!(problem.to_string().contains("b.docx"), "{problem}");
+    assert!(names(folder.path()).is_empty());
+    let list = files(&["segmented.npz", "primitives.npz", "p.csv"]);
+    let written = io::export_all(&out, &list, &options, &run.outcome()).unwrap();
+    assert_eq!(written.files, list.iter().map(|n| out.join(n)).collect::<Vec<_>>());
+    assert_eq!(names(&out), ["p.csv", "primitives.npz", "segmented.npz"]);
+}

@@ -1,0 +1,211 @@
+//! Drives the real application through its accessibility labels.
+#![allow(dead_code, reason = "each test file uses its own part")]
+
+use std::path::PathBuf;
+use std::time::Duration;
+
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use superform::app::{App, Options};
+use superform::inference::{Params, Phase};
+use superform::session::Session;
+use superform::worker::{Activity, SamplingOptions, Source};
+
+pub(crate) use egui::accesskit::Role;
+
+/// Longer than any step here takes; reached only by a failing test.
+const PATIENCE: Duration = Duration::from_secs(60);
+/// More events than any test waits for.
+const MOST_EVENTS: usize = 2000;
+
+/// A short run on few points.
+pub(crate) fn options(source: Source) -> Options {
+    Options {
+        source,
+        sampling: SamplingOptions { points: 700, seed: 1, ..SamplingOptions::default() },
+        params: Params { iterations: 6, clusters: 12, ..Params::default() },
+        screenshot: None,
+        state_folder: None,
+        reset_layout: false,
+    }
+}
+
+pub(crate) struct Driver {
+    pub(crate) harness: Harness<'static, App>,
+}
+
+impl Driver {
+    /// The window with a shape that is being run, not yet settled.
+    pub(crate) fn start(options: Options, size: [f32; 2]) -> Self {
+        let build =
+            move |cc: &mut eframe::CreationContext<'_>| App::with_dialogs(cc, &options, false).unwrap();
+        let harness = Harness::builder().with_size(size).with_max_steps(20).build_eframe(build);
+        Self { harness }
+    }
+
+    /// As [`Driver::start`], with a driver that draws the 3D view.
+    pub(crate) fn start_drawn(options: Options, size: [f32; 2]) -> Self {
+        let build =
+            move |cc: &mut eframe::CreationContext<'_>| App::with_dialogs(cc, &options, false).unwrap();
+        let builder = Harness::builder().with_size(size).with_max_steps(20).with_render_cursor(false);
+        Self { harness: builder.wgpu().build_eframe(build) }
+    }
+
+    /// Where the 3D view is.
+    pub(crate) fn viewport(&self) -> egui::Rect {
+        self.harness.get_by_role_and_label(Role::Image, "3D view").rect()
+    }
+
+    /// Chooses the light theme from the menu.
+    pub(crate) fn set_light(&mut self) {
+        self.press("Window");
+        self.harness.get_by_role_and_label(Role::Button, "Theme").hover();
+        self.harness.run_steps(3);
+        self.press("Light theme");
+        self.harness.run_steps(2);
+    }
+
+    /// The window after the run of the built-in shape.
+    pub(crate) fn finished() -> Self {
+        let mut driver = Self::start(options(Source::BuiltIn), [1280.0, 800.0]);
+        driver.settle();
+        assert_eq!(driver.session().phase(), Some(Phase::Finished));
+        driver
+    }
+
+    pub(crate) fn session(&self) -> &Session {
+        self.harness.state().session()
+    }
+
+    /// Takes in one event of the worker and draws.
+    pub(crate) fn wait(&mut self) {
+        let ctx = self.harness.ctx.clone();
+        assert!(self.harness.state_mut().wait(&ctx, PATIENCE), "the worker has fallen silent");
+        self.harness.step();
+    }
+
+    /// Takes in events until the worker is idle, then draws what has become.
+    pub(crate) fn settle(&mut self) {
+        self.harness.run_steps(2);
+        self.until(|session| session.activity == Activity::Idle);
+    }
+
+    /// Takes in events until the session is as wished.
+    pub(crate) fn until(&mut self, wish: impl Fn(&Session) -> bool) {
+        for _ in 0..MOST_EVENTS {
+            if wish(self.session()) {
+                self.harness.run_steps(2);
+                return;
+            }
+            self.wait();
+        }
+        panic!("it did not come true in {MOST_EVENTS} events");
+    }
+
+    pub(crate) fn press(&mut self, button: &str) {
+        self.harness.get_by_role_and_label(Role::Button, button).click();
+        self.harness.run_steps(2);
+    }
+
+    pub(crate) fn has_button(&self, button: &str) -> bool {
+        self.harness.query_by_role_and_label(Role::Button, button).is_some()
+    }
+
+    pub(crate) fn is_enabled(&self, button: &str) -> bool {
+        !self.harness.get_by_role_and_label(Role::Button, button).accesskit_node().is_disabled()
+    }
+
+    pub(crate) fn toggle(&mut self, checkbox: &str) {
+        self.harness.get_by_role_and_label(Role::CheckBox, checkbox).click();
+        self.harness.run_steps(2);
+    }
+
+    /// Chooses one of a combo box's entries.
+    pub(crate) fn choose(&mut self, combo: &str, entry: &str) {
+        self.harness.get_by_role_and_label(Role::ComboBox, combo).click();
+        self.harness.run_steps(3);
+        self.press(entry);
+    }
+
+    pub(crate) fn is_slider_enabled(&self, slider: &str) -> bool {
+        !self.harness.get_by_role_and_label(Role::Slider, slider).accesskit_node().is_disabled()
+    }
+
+    /// Moves a slider.
+    pub(crate) fn slide(&mut self, slider: &str, value: f64) {
+        self.harness.get_by_role_and_label(Role::Slider, slider).set_value_accesskit(value);
+        self.harness.run_steps(2);
+    }
+
+    pub(crate) fn key(&mut self, modifiers: egui::Modifiers, key: egui::Key) {
+        self.harness.key_press_modifiers(modifiers, key);
+        self.harness.run_steps(2);
+    }
+
+    /// Writes the shown state through the export dialog.
+    pub(crate) fn export(&mut self, format: &str, path: &std::path::Path) {
+        self.key(egui::Modifiers::COMMAND, egui::Key::E);
+        // The list is longer than the dialog.
+        self.harness.get_by_role_and_label(Role::Button, format).scroll_to_me();
+        self.harness.run_steps(8);
+        self.press(format);
+        let field = self.harness.get_by_role_and_label(Role::TextInput, "File");
+        field.set_text_value_accesskit(path.to_str().unwrap());
+        self.harness.run_steps(2);
+        if self.is_enabled("Export") {
+            self.press("Export");
+            self.settle();
+        }
+    }
+
+    /// Answers the question for a path.
+    pub(crate) fn type_path(&mut self, path: &str) {
+        self.harness.run_steps(2);
+        let field = self.harness.get_by_role_and_label(Role::TextInput, "Path of the file");
+        field.set_text_value_accesskit(path);
+        self.harness.run_steps(2);
+    }
+
+    /// Clicks a button while modifiers are held.
+    pub(crate) fn click_with(&mut self, button: &str, modifiers: egui::Modifiers) {
+        self.harness.get_by_role_and_label(Role::Button, button).click_modifiers(modifiers);
+        self.harness.run_steps(2);
+    }
+
+    /// Drags with the left button, with some stops on the way.
+    pub(crate) fn drag(&mut self, from: egui::Pos2, to: egui::Pos2) {
+        self.harness.hover_at(from);
+        self.harness.run_steps(1);
+        self.harness.drag_at(from);
+        self.harness.run_steps(1);
+        for i in 1..=6 {
+            self.harness.hover_at(from + (to - from) * (i as f32 / 6.0));
+            self.harness.run_steps(1);
+        }
+        self.harness.drop_at(to);
+        self.harness.run_steps(2);
+    }
+
+    /// Shows or hides a layer by its entry in the viewport's menu.
+    pub(crate) fn toggle_layer(&mut self, layer: &str) {
+        if self.harness.query_by_role_and_label(Role::CheckBox, layer).is_none() {
+            self.press("Show");
+        }
+        self.toggle(layer);
+    }
+
+    pub(crate) fn shows(&self, text: &str) -> bool {
+        self.harness.query_all_by_label_contains(text).next().is_some()
+    }
+
+    pub(crate) fn iteration(&self) -> u32 {
+        self.session().snapshot.as_ref().unwrap().abstraction.iteration
+    }
+}
+
+/// A file in a temporary folder that lives as long as the folder.
+pub(crate) fn file(folder: &tempfile::TempDir, name: &str, content: &str) -> PathBuf {
+    let path = folder.path().join(name);
+    std::fs::write(&path, content).unwrap();
+    path
+}
