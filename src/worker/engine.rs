@@ -31,6 +31,8 @@ pub(super) struct Order {
     pub(super) command: Command,
     pub(super) cancel: Cancel,
     pub(super) epoch: u64,
+    /// The number of questions up to this order.
+    pub(super) asked: u64,
 }
 
 /// What the engine does when no order waits.
@@ -67,6 +69,8 @@ pub(super) struct Engine<M> {
     cancel: Cancel,
     /// That of the last order.
     epoch: u64,
+    /// That of the latest order; one that was held is older.
+    asked: u64,
     params: Params,
     pacer: Pacer,
     work: Work,
@@ -95,6 +99,7 @@ impl<M: Machine> Engine<M> {
             wake,
             cancel: Cancel::default(),
             epoch: 0,
+            asked: 0,
             params: Params::default(),
             pacer: Pacer::new(Instant::now()),
             work: Work::Nothing,
@@ -118,6 +123,7 @@ impl<M: Machine> Engine<M> {
                 Some(order) => {
                     self.cancel = order.cancel;
                     self.epoch = order.epoch;
+                    self.asked = self.asked.max(order.asked);
                     self.obey(order.command);
                 }
                 None if self.owner_is_gone => return,
@@ -367,7 +373,8 @@ impl<M: Machine> Engine<M> {
 
     /// Waits while the owner is behind, which bounds what is kept for it.
     fn emit(&mut self, event: Event) {
-        self.owner_is_gone |= self.events.send((self.epoch, event)).is_err();
+        let of = if matches!(event, Event::Activity(_)) { self.asked } else { self.epoch };
+        self.owner_is_gone |= self.events.send((of, event)).is_err();
         (self.wake)();
     }
 }

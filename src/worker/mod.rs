@@ -38,7 +38,8 @@ const COMMAND_CAPACITY: usize = 64;
 /// Events that may wait for a busy owner before the worker waits for it.
 const EVENT_CAPACITY: usize = 32;
 
-/// An event with the epoch it is of.
+/// An event with the number of what it tells of: an activity, of the last
+/// question that it answers; anything else, of its epoch.
 type Told = (u64, Event);
 
 /// Called after each event.
@@ -54,6 +55,9 @@ pub struct Worker {
     /// Counts the states that were resumed: what is told of an earlier epoch's
     /// state came too late.
     epoch: u64,
+    /// Counts the commands that are answered by an activity: what is told
+    /// before the last of them has been obeyed is of the time before it.
+    asked: u64,
     /// The flag that travels with the commands sent since the last
     /// interrupting one.
     cancel: Cancel,
@@ -86,6 +90,7 @@ impl Worker {
             orders: Outbox::new(orders),
             events: Some(events),
             epoch: 0,
+            asked: 0,
             cancel: Cancel::default(),
             thread: Some(thread),
         })
@@ -102,13 +107,21 @@ impl Worker {
         if matches!(command, Command::Resume(_)) {
             self.epoch += 1;
         }
+        if command.asks() {
+            self.asked += 1;
+        }
         // A slider that is dragged while the worker is busy leaves one command, not hundreds.
         if let Some(Order { command: waiting, .. }) = self.orders.waiting().back()
             && command.replaces(waiting)
         {
             self.orders.waiting().pop_back();
         }
-        self.orders.push(Order { command, cancel: self.cancel.clone(), epoch: self.epoch });
+        self.orders.push(Order {
+            command,
+            cancel: self.cancel.clone(),
+            epoch: self.epoch,
+            asked: self.asked,
+        });
         self.flush();
     }
 
@@ -116,8 +129,8 @@ impl Worker {
     /// a worker calls this whenever `wake` was called.
     pub fn try_events(&mut self) -> impl Iterator<Item = Event> + '_ {
         self.flush();
-        let epoch = self.epoch;
-        self.events.iter().flat_map(Receiver::try_iter).filter_map(move |told| heard(told, epoch))
+        let (epoch, asked) = (self.epoch, self.asked);
+        self.events.iter().flat_map(Receiver::try_iter).filter_map(move |told| heard(told, epoch, asked))
     }
 
     /// Waits for the next event, at most `timeout`; `None` if there was none.
@@ -127,7 +140,7 @@ impl Worker {
         loop {
             let left = deadline.saturating_duration_since(Instant::now());
             let told = self.events.as_ref()?.recv_timeout(left).ok()?;
-            if let Some(event) = heard(told, self.epoch) {
+            if let Some(event) = heard(told, self.epoch, self.asked) {
                 return Some(event);
             }
         }
@@ -141,9 +154,15 @@ impl Worker {
     }
 }
 
-/// The event, unless it tells of a state that was given up since.
-fn heard((of, event): Told, epoch: u64) -> Option<Event> {
-    (of >= epoch || !event.is_of_present()).then_some(event)
+/// The event, unless it tells of a state that was given up since, or of an
+/// activity that an answer yet to come will correct: a run that ended while
+/// another shape was asked for would pass for the end of loading that.
+fn heard((of, event): Told, epoch: u64, asked: u64) -> Option<Event> {
+    let is_present = match event {
+        Event::Activity(_) => of >= asked,
+        _ => of >= epoch || !event.is_of_present(),
+    };
+    is_present.then_some(event)
 }
 
 /// The threads that a run computes with. They are the worker's own, so that

@@ -97,6 +97,31 @@ impl Command {
 }
 
 impl Command {
+    /// Whether the worker answers by what it does then, an [`Event::Activity`].
+    pub(super) fn asks(&self) -> bool {
+        match self {
+            Self::SetParams(_)
+            | Self::SetPace(_)
+            | Self::Renew { .. }
+            | Self::Measure(_)
+            | Self::Estimate(_)
+            | Self::RunSeeds(_) => false,
+            Self::Load { .. }
+            | Self::Resample(_)
+            | Self::Reset
+            | Self::Run
+            | Self::Pause
+            | Self::StepIteration
+            | Self::MergeAll
+            | Self::Resume(_)
+            | Self::Edit(_)
+            | Self::TakeFrom(_)
+            | Self::Extend(_)
+            | Self::ProposeMerge { .. }
+            | Self::Export(_) => true,
+        }
+    }
+
     /// Whether nothing is lost if `earlier`, sent just before, is never obeyed.
     pub(super) fn replaces(&self, earlier: &Self) -> bool {
         match self {
@@ -387,12 +412,13 @@ impl Event {
         match self {
             Self::Loaded(_)
             | Self::Snapshot(_)
-            | Self::Activity(_)
             | Self::Renewing(_)
             | Self::Renewed(_)
             | Self::MergeStep(_)
             | Self::Proposed(_) => true,
-            Self::Measuring(_)
+            // Has a number of its own.
+            Self::Activity(_)
+            | Self::Measuring(_)
             | Self::Measured(_)
             | Self::Estimated { .. }
             | Self::Seeds { .. }

@@ -16,7 +16,7 @@ use crate::inference::{
 mod renewing;
 
 /// Longer than anything here takes; reached only by a failing test.
-const PATIENCE: Duration = Duration::from_secs(20);
+const PATIENCE: Duration = Duration::from_secs(300);
 /// The seed tells the scripted machine how to behave.
 const WELL_BEHAVED: u64 = 1;
 const PANICS_AT_THIRD: u64 = 2;
@@ -411,19 +411,22 @@ fn an_edit_in_the_middle_of_a_run_is_one_more_state() {
     assert_eq!((failures(&events), iterations(&events)), (1, vec![]));
 }
 
+/// Were it to wait for the next step, it would each time; a busy machine delays
+/// it now and then.
 #[test]
 fn a_pace_does_not_hold_back_a_pause() {
     let mut worker = worker();
     load(&mut worker, WELL_BEHAVED);
     worker.send(Command::SetPace(Pace::PerSecond(1)));
-    worker.send(Command::Run);
-    let first = until(&mut worker, |event| matches!(event, Event::Snapshot(_)));
-    assert_eq!(iterations(&first), [1]);
-    let begun = Instant::now();
-    worker.send(Command::Pause);
-    let rest = until_idle(&mut worker);
-    assert_eq!(iterations(&rest), [0; 0], "the next step was a second away");
-    assert!(begun.elapsed() < Duration::from_millis(900), "the pause waited for the pace");
+    let was_quick = (0..20).any(|_| {
+        worker.send(Command::Run);
+        until(&mut worker, |event| matches!(event, Event::Snapshot(_)));
+        let begun = Instant::now();
+        worker.send(Command::Pause);
+        let rest = until_idle(&mut worker);
+        iterations(&rest).is_empty() && begun.elapsed() < Duration::from_millis(900)
+    });
+    assert!(was_quick, "the pause waited for the pace");
 }
 
 #[test]
@@ -490,6 +493,36 @@ fn the_owner_is_woken_for_each_event() {
     }
     drop(worker);
     assert_eq!(woken.load(Ordering::SeqCst), events);
+}
+
+/// A run that ends just before another shape is asked for must not pass for
+/// the end of loading that.
+#[test]
+fn rest_from_before_a_command_is_not_told_after_it() {
+    let woken = Arc::new(AtomicUsize::new(0));
+    let counter = Arc::clone(&woken);
+    let mut worker = Worker::spawn_machine::<Scripted>(move || {
+        counter.fetch_add(1, Ordering::SeqCst);
+    })
+    .expect("a thread");
+    load(&mut worker, WELL_BEHAVED);
+    worker.send(Command::SetParams(Params { seed: WELL_BEHAVED, iterations: 2, ..Params::default() }));
+    woken.store(0, Ordering::SeqCst);
+    worker.send(Command::Run);
+    // Its word, two states, that the last is being measured and was: then it rests.
+    let begun = Instant::now();
+    while woken.load(Ordering::SeqCst) < 6 {
+        assert!(begun.elapsed() < PATIENCE, "only {woken:?} events of the run");
+        std::thread::yield_now();
+    }
+    worker.send(Command::Load { source: Source::BuiltIn, sampling: SamplingOptions::default() });
+    let events = until_idle(&mut worker);
+    assert!(events.iter().any(|event| matches!(event, Event::Loaded(_))), "{events:?}");
+    let activities: Vec<Activity> = events
+        .iter()
+        .filter_map(|event| if let Event::Activity(activity) = event { Some(*activity) } else { None })
+        .collect();
+    assert_eq!(activities, [Activity::Loading, Activity::Idle], "nothing of the run is left");
 }
 
 /// The states that are said to be measured, and those that were.

@@ -263,9 +263,13 @@ fn a_large_cloud_stays_quick() {
         let cloud = sample_cloud(&input, &options).unwrap();
         (start.elapsed().as_secs_f64(), cloud)
     };
-    let (kept, _) = timed(Isolated::Keep);
-    let (left_out, cloud) = timed(Isolated::LeaveOut);
-    assert!(cloud.part.isolated() as f64 >= 0.9 * 40_000.0, "{:?}", cloud.part);
-    assert!(unlabelled(&cloud, 0..160_000) <= 0.005);
-    assert!(left_out <= 8.0 * kept + 1.0, "{left_out} s against {kept} s");
+    // On a busy machine either may be held up, now and then.
+    let is_quick = (0..5).any(|_| {
+        let (kept, _) = timed(Isolated::Keep);
+        let (left_out, cloud) = timed(Isolated::LeaveOut);
+        assert!(cloud.part.isolated() as f64 >= 0.9 * 40_000.0, "{:?}", cloud.part);
+        assert!(unlabelled(&cloud, 0..160_000) <= 0.005);
+        left_out <= 8.0 * kept + 1.0
+    });
+    assert!(is_quick, "it takes more than eight times as long");
 }

@@ -194,7 +194,7 @@ fn mutated_files_never_panic() {
                     None => {}
                 }
             }
-            assert!(start.elapsed() < Duration::from_secs(5), "round {round} of seed {i}, {ending}");
+            assert!(start.elapsed() < Duration::from_secs(30), "round {round} of seed {i}, {ending}");
         }
     }
     // Both happen often, or the changes are of no use.

@@ -18,7 +18,7 @@ use superform::worker::Snapshot;
 use tempfile::TempDir;
 
 /// Longer than any step here takes; reached only by a failing test.
-const PATIENCE: Duration = Duration::from_secs(60);
+const PATIENCE: Duration = Duration::from_secs(300);
 /// Names the folder to the child that is to be killed.
 const FOLDER: &str = "SUPERFORM_TEST_KEEPER_FOLDER";
 

@@ -2,7 +2,7 @@
 #![allow(dead_code, reason = "each test file uses its own part")]
 
 use std::path::PathBuf;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
@@ -13,8 +13,9 @@ use superform::worker::{Activity, SamplingOptions, Source};
 
 pub(crate) use egui::accesskit::Role;
 
-/// Longer than any step here takes; reached only by a failing test.
-const PATIENCE: Duration = Duration::from_secs(60);
+/// Longer than anything here takes, also on a machine that is busy with other
+/// things; reached only by a failing test.
+pub(crate) const PATIENCE: Duration = Duration::from_secs(300);
 /// More events than any test waits for.
 const MOST_EVENTS: usize = 2000;
 
@@ -80,7 +81,8 @@ impl Driver {
     /// Takes in one event of the worker and draws.
     pub(crate) fn wait(&mut self) {
         let ctx = self.harness.ctx.clone();
-        assert!(self.harness.state_mut().wait(&ctx, PATIENCE), "the worker has fallen silent");
+        let came = self.harness.state_mut().wait(&ctx, PATIENCE);
+        assert!(came, "the worker has fallen silent; {}", self.state());
         self.harness.step();
     }
 
@@ -99,7 +101,31 @@ impl Driver {
             }
             self.wait();
         }
-        panic!("it did not come true in {MOST_EVENTS} events");
+        panic!("it did not come true in {MOST_EVENTS} events; {}", self.state());
+    }
+
+    /// Draws frames until it is as wished, which work in the background leads to.
+    pub(crate) fn draw_until(&mut self, what: &str, mut wish: impl FnMut(&mut Self) -> bool) {
+        let begun = Instant::now();
+        while !wish(self) {
+            assert!(begun.elapsed() < PATIENCE, "{what} did not come; {}", self.state());
+            // Somebody else may have to do it.
+            std::thread::yield_now();
+            self.harness.step();
+        }
+    }
+
+    /// Draws frames until some widget's label contains the text.
+    pub(crate) fn until_shown(&mut self, text: &str) {
+        self.draw_until(text, |driver| driver.shows(text));
+    }
+
+    /// Where the session stands, for messages of failing tests.
+    fn state(&self) -> String {
+        let session = self.session();
+        let shown = session.snapshot.as_ref().map(|s| (s.run, s.abstraction.phase, s.abstraction.iteration));
+        let said = session.messages.iter().last().map(|m| &m.what);
+        format!("{:?}, shown (run, phase, iteration): {shown:?}, last said: {said:?}", session.activity)
     }
 
     pub(crate) fn press(&mut self, button: &str) {

@@ -1,6 +1,6 @@
 //! Files, layers, the list of primitives, help: by the labels a person sees.
 
-use crate::driver::{Driver, Role, file, options};
+use crate::driver::{Driver, PATIENCE, Role, file, options};
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use superform::session::action::Verb;
@@ -172,7 +172,7 @@ fn a_file_is_replaced_only_when_that_is_confirmed() {
         let ctx = driver.harness.ctx.clone();
         while driver.session().keeping.path() != Some(path) {
             let app = driver.harness.state_mut();
-            assert!(app.wait_for_keeper(&ctx, std::time::Duration::from_secs(60)), "the keeper is silent");
+            assert!(app.wait_for_keeper(&ctx, PATIENCE), "the keeper is silent");
         }
     };
     ask(&mut driver);

@@ -1,8 +1,8 @@
 //! Live and the pace, as a person uses them: by labels and with the pointer.
 
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use crate::driver::{Driver, Role, options};
+use crate::driver::{Driver, PATIENCE, Role, options};
 use egui_kittest::kittest::Queryable;
 use superform::inference::Phase;
 use superform::session::Session;
@@ -54,7 +54,7 @@ fn a_dragged_slider_is_followed_and_its_last_value_wins() {
     let mut frame = 0_u32;
     // The hand never stops, and yet results come.
     while results < 3 {
-        assert!(begun.elapsed() < Duration::from_secs(60), "only {results} results in a minute of dragging");
+        assert!(begun.elapsed() < PATIENCE, "only {results} results in {PATIENCE:?} of dragging");
         frame += 1;
         driver.harness.hover_at(at(0.5 + 0.02 * (frame % 20) as f32));
         driver.harness.step();

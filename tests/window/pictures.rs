@@ -7,26 +7,11 @@ use egui_kittest::kittest::Queryable;
 use superform::render::{Offscreen, RenderOptions};
 use superform::worker::Source;
 
-/// More frames than any picture here takes.
-const MOST_FRAMES: usize = 20_000;
-
 fn drawn() -> Option<Driver> {
     needs::drawn(Offscreen::new(RenderOptions::default()))?;
     let mut driver = Driver::start_drawn(options(Source::BuiltIn), [1024.0, 700.0]);
     driver.settle();
     Some(driver)
-}
-
-/// Draws frames until a text is there.
-fn until_shown(driver: &mut Driver, text: &str) {
-    for _ in 0..MOST_FRAMES {
-        driver.harness.step();
-        if driver.shows(text) {
-            return;
-        }
-        std::thread::yield_now();
-    }
-    panic!("{text} did not come in {MOST_FRAMES} frames");
 }
 
 #[test]
@@ -44,7 +29,7 @@ fn a_picture_is_saved_at_the_chosen_size_without_background() {
     driver.press("Choose file and save…");
     driver.type_path(path.to_str().unwrap());
     driver.press("Save");
-    until_shown(&mut driver, "Wrote ");
+    driver.until_shown("Wrote ");
     let picture = image::open(&path).unwrap().to_rgba8();
     assert_eq!(picture.dimensions(), (1920, 1080));
     assert_eq!(picture.get_pixel(3, 3)[3], 0, "the background is transparent");
@@ -72,7 +57,7 @@ fn a_turntable_can_be_given_up() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("turn");
     ask_for_turntable(&mut driver, 700.0, &path);
-    until_shown(&mut driver, "Turntable, ");
+    driver.until_shown("Turntable, ");
     driver.press("Cancel");
     driver.harness.run_steps(2);
     assert!(!path.exists() && !driver.shows("Turntable, "));
@@ -84,7 +69,7 @@ fn a_turntable_goes_round() {
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("turn");
     ask_for_turntable(&mut driver, 4.0, &path);
-    until_shown(&mut driver, "Wrote ");
+    driver.until_shown("Wrote ");
     let mut pictures: Vec<_> = std::fs::read_dir(&path).unwrap().map(|e| e.unwrap().path()).collect();
     pictures.sort();
     assert_eq!(pictures.len(), 4);

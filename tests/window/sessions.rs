@@ -1,9 +1,8 @@
 //! Sessions as a person saves, opens and recovers them: by the labels.
 
 use std::path::Path;
-use std::time::Duration;
 
-use crate::driver::{Driver, file, options};
+use crate::driver::{Driver, PATIENCE, file, options};
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use superform::app::Options;
@@ -11,8 +10,6 @@ use superform::session::{Session, Verb};
 use superform::worker::Source;
 
 const SIZE: [f32; 2] = [1280.0, 800.0];
-/// Longer than any step here takes; reached only by a failing test.
-const PATIENCE: Duration = Duration::from_secs(60);
 
 /// The window, which keeps its session in that folder.
 fn kept_in(folder: &Path, source: Source) -> Options {

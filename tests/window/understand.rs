@@ -13,22 +13,6 @@ use superform::io::ShapeGeometry;
 use superform::render::{Offscreen, RenderOptions};
 use superform::worker::Source;
 
-/// Frames in which work in the background has surely come to its end: each
-/// gives the processor away.
-const MOST_FRAMES: u32 = 200_000;
-
-/// Draws until some widget's label contains the text.
-fn until_shown(driver: &mut Driver, text: &str) {
-    for _ in 0..MOST_FRAMES {
-        if driver.shows(text) {
-            return;
-        }
-        std::thread::yield_now();
-        driver.harness.step();
-    }
-    panic!("“{text}” never came");
-}
-
 /// Plain text has its words as its value.
 fn text_of(node: &egui_kittest::kittest::AccessKitNode<'_>) -> Option<String> {
     node.label().or_else(|| node.value())
@@ -149,7 +133,7 @@ fn a_click_on_a_point_shows_its_odds_which_follow_the_state() {
 fn legends_say_how_large_errors_are_in_input_units() {
     let mut driver = Driver::finished();
     driver.choose("Colour by", "Error");
-    until_shown(&mut driver, "Distance to its own primitive from");
+    driver.until_shown("Distance to its own primitive from");
     driver.press("Colours up to the largest");
     let session = driver.session();
     let (samples, state) =
@@ -197,7 +181,7 @@ fn labels_now_of(driver: &Driver) -> Vec<f32> {
 fn surfaces_are_painted_by_their_distance_to_the_input() {
     let mut driver = Driver::finished();
     driver.choose("Colour by", "To the input");
-    until_shown(&mut driver, "Distance to the input from");
+    driver.until_shown("Distance to the input from");
     driver.press("Colours up to the largest");
     let session = driver.session();
     let ShapeGeometry::Mesh(mesh) = &session.loaded.as_ref().unwrap().shape.geometry else {
@@ -237,11 +221,11 @@ fn the_uncertainty_is_that_of_the_last_states_or_says_why_not() {
     driver.choose("Colour by", "Uncertainty");
     let states = driver.session().timeline.states().to_vec();
     assert!(states.len() > 4);
-    until_shown(&mut driver, &format!("Uncertainty over {} states", states.len().min(10)));
+    driver.until_shown(&format!("Uncertainty over {} states", states.len().min(10)));
     driver.harness.get_by_role_and_label(Role::SpinButton, "Last").set_value_accesskit(4.0);
     driver.harness.run_steps(3);
     assert_eq!(driver.session().view.uncertainty_window, 4);
-    until_shown(&mut driver, "Uncertainty over 4 states from");
+    driver.until_shown("Uncertainty over 4 states from");
     driver.press("Colours up to the largest");
     let last: Vec<&[u32]> = states[states.len() - 4..].iter().map(|s| &*s.abstraction.labels).collect();
     assert!(last.iter().flat_map(|l| l.iter()).any(|l| *l != UNASSIGNED));
@@ -292,15 +276,15 @@ fn the_card_and_the_legend_are_drawn() {
     click_a_point(&mut driver);
     keep(&mut driver, "odds.png");
     driver.choose("Colour by", "Error");
-    until_shown(&mut driver, "Distance to its own primitive from");
+    driver.until_shown("Distance to its own primitive from");
     keep(&mut driver, "error.png");
     show_or_hide_primitives(&mut driver);
     driver.choose("Colour by", "To the input");
-    until_shown(&mut driver, "Distance to the input from");
+    driver.until_shown("Distance to the input from");
     keep(&mut driver, "surfaces.png");
     driver.choose("Colour by", "Uncertainty");
     driver.set_light();
-    until_shown(&mut driver, "Uncertainty over");
+    driver.until_shown("Uncertainty over");
     keep(&mut driver, "uncertainty.png");
 }
 
