@@ -64,7 +64,7 @@ fn a_session_is_saved_opened_and_everything_is_back() {
     // The ending is added.
     driver.type_path(folder.path().join("mine").to_str().unwrap());
     driver.press("Save");
-    until_kept(&mut driver, |s| s.keeping.path().is_some());
+    until_kept(&mut driver, |s| s.session_file().is_some());
     assert!(path.is_file() && !has_mark(&driver));
     assert_eq!(driver.harness.state().title(), "mine – Superform");
     let before = driver.session().workspace();
@@ -170,7 +170,7 @@ fn unsaved_work_is_asked_about_where_nothing_keeps_it() {
     driver.press("Save");
     driver.type_path(folder.path().join("kept.superform").to_str().unwrap());
     driver.press("Save");
-    until_kept(&mut driver, |s| s.keeping.path().is_some());
+    until_kept(&mut driver, |s| s.session_file().is_some());
     assert!(driver.session().keeping.parting().is_none(), "it went on to quit");
     assert!(folder.path().join("kept.superform").is_file());
 }

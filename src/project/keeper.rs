@@ -291,9 +291,10 @@ impl<F: Fn(Event)> Desk<F> {
             Err(error) => return self.fail(&what, &error),
         };
         self.set_aside(unsaved);
-        if let Origin::Recovered(id) = origin
-            // It goes only when it is in the journal of this window.
+        // What is in no file of its own is kept at once, as what it came from goes.
+        if !matches!(origin, Origin::File(_))
             && self.keep(&opened.workspace)
+            && let Origin::Recovered(id) = origin
             && let Some(claim) = self.take_orphan(id)
             && let Err(error) = claim.remove()
         {
