@@ -7,7 +7,6 @@ use serde::{Deserialize, Serialize};
 
 use super::messages::Level;
 use super::{Effect, Session};
-use crate::inference::Edit;
 use crate::io::{self, ExportOptions, Format, Kind, Outcome, PrimitiveSet, ShapeGeometry};
 use crate::worker::{Command, ExportRequest, LoadedShape};
 
@@ -100,10 +99,7 @@ impl Session {
     /// Takes the primitives of a text in place of the shown ones.
     pub(super) fn paste_primitives(&mut self, text: &str) -> Vec<Effect> {
         match io::parse_primitives(text.as_bytes(), Path::new("the clipboard"), None) {
-            Ok(stored) => {
-                let primitives = stored.primitives.iter().map(|p| (p.id, p.shape)).collect();
-                self.edit(vec![Edit::Take { primitives }])
-            }
+            Ok(stored) => self.edit(vec![stored.brought_in()]),
             Err(error) => {
                 self.fail("There are no primitives to paste".to_owned(), &error.to_string());
                 Vec::new()

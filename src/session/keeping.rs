@@ -76,7 +76,10 @@ enum Saved {
     Never,
     /// It came from the journal of another window: all of it is unsaved.
     Recovered,
-    As { path: PathBuf, document: Box<Document> },
+    As {
+        path: PathBuf,
+        document: Box<Document>,
+    },
 }
 
 /// What waits for a decision about unsaved work, which nothing else keeps.
@@ -173,7 +176,8 @@ impl Session {
 
     /// Name of the session: that of its file, or of its shape.
     pub fn title(&self) -> Option<String> {
-        let file = self.session_file().and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
+        let file =
+            self.session_file().and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
         file.or_else(|| self.loaded.as_ref().map(|loaded| loaded.shape.name.clone()))
     }
 
