@@ -272,7 +272,7 @@ fn a_shape_that_has_changed_or_gone_is_not_taken_and_said_so() {
     let text = std::fs::read_to_string(&report).unwrap();
     std::fs::write(&report, text.replacen("\"seed\": 5", "\"seed\": 6", 2)).unwrap();
     let (loaded, _) = opened(&mut worker, &place.join("out"));
-    assert!(note(&loaded).contains("no report.json beside them tells which it is"), "{}", note(&loaded));
+    assert!(note(&loaded).contains("report.json beside them is of another run"), "{}", note(&loaded));
 }
 
 #[test]
@@ -322,7 +322,7 @@ fn the_built_in_shape_is_known_by_its_own_field_and_old_reports_open() {
     assert_eq!(loaded.shape.path.as_ref(), Some(&shape));
     change(&report, &|input| input["path"] = "elsewhere/tube.xyz".into());
     let (loaded, _) = opened(&mut worker, &place.join("out"));
-    assert!(note(&loaded).contains("it is not at elsewhere/tube.xyz"), "{}", note(&loaded));
+    assert!(note(&loaded).contains("nor at elsewhere/tube.xyz"), "{}", note(&loaded));
 }
 
 /// Numbers and lists in JSON, by their pointers.

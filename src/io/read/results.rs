@@ -4,7 +4,7 @@
 use std::collections::HashSet;
 use std::fs::File;
 use std::io::Read;
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use nalgebra::Point3;
 use serde::Deserialize;
@@ -108,18 +108,19 @@ pub struct OpenedResult {
 ///
 /// # Errors
 /// Where a file that is named or stands beside can't be read.
-pub fn open_result(stored: StoredPrimitives, input: Option<&Path>) -> Result<OpenedResult, ReadError> {
+pub fn open_result(mut stored: StoredPrimitives, input: Option<&Path>) -> Result<OpenedResult, ReadError> {
     let report = Report::beside(&stored);
-    let sampling = sampling_of(&stored, report.as_ref());
-    let (input, why) = match (input, &report) {
-        (Some(path), _) => (Some(read(path)?), String::new()),
-        (None, Some(report)) => match report.input.find(&stored.path)? {
-            Ok(shape) => (Some(shape), String::new()),
-            Err(why) => (None, why),
-        },
-        (None, None) => (None, format!("no {REPORT_FILE} beside them tells which it is")),
+    let found = match (input, &report) {
+        (Some(path), _) => Ok(read(path)?),
+        (None, Ok(report)) => report.input.find(&stored.path)?,
+        (None, Err(why)) => Err(why.clone()),
     };
-    let mut notes = Vec::new();
+    let (input, why) = match found {
+        Ok(shape) => (Some(shape), String::new()),
+        Err(why) => (None, why),
+    };
+    let report = report.ok();
+    let sampling = sampling_of(&stored, report.as_ref());
     let beside = stored.path.with_file_name(SEGMENTED_FILE);
     let cloud = if beside.is_file() && beside != stored.path { Some(read(&beside)?) } else { None };
     let segmented = cloud.as_ref().and_then(|cloud| {
@@ -127,14 +128,13 @@ pub fn open_result(stored: StoredPrimitives, input: Option<&Path>) -> Result<Ope
         let is_of_it =
             labelled.as_ref().is_some_and(|l| belongs(l.points.len(), input.as_ref(), &report, &stored));
         if !is_of_it {
-            notes.push(format!(
+            stored.notes.push(format!(
                 "{SEGMENTED_FILE} beside the primitives is not that of their run and was left aside"
             ));
         }
         labelled.filter(|_| is_of_it)
     });
-    if let Some(mut shape) = input {
-        shape.notes.extend(notes);
+    if let Some(shape) = input {
         return Ok(OpenedResult { stored, shape, found_as: FoundAs::Input, segmented, sampling });
     }
     let (shape, found_as, of) = match cloud.filter(|_| segmented.is_some()) {
@@ -157,13 +157,12 @@ pub fn open_result(stored: StoredPrimitives, input: Option<&Path>) -> Result<Ope
         (None, Some(name)) => name.to_string_lossy().into_owned(),
         (None, None) => "primitives".to_owned(),
     };
-    let mut all = shape.notes;
-    all.push(format!(
+    let mut notes = shape.notes;
+    notes.push(format!(
         "the shape of these primitives was not found ({why}): taken instead were {of}; to see them on the \
          shape, open it and bring the primitives in"
     ));
-    all.extend(notes);
-    let shape = Shape { name, path: None, content: None, notes: all, ..shape };
+    let shape = Shape { name, path: None, content: None, notes, ..shape };
     Ok(OpenedResult { stored, shape, found_as, segmented, sampling })
 }
 
@@ -238,10 +237,14 @@ struct Input {
 }
 
 impl Report {
-    /// The one beside the primitives, if it is of the same run.
-    fn beside(stored: &StoredPrimitives) -> Option<Self> {
-        let bytes = std::fs::read(stored.path.with_file_name(REPORT_FILE)).ok()?;
-        let report: Self = serde_json::from_slice(&bytes).ok()?;
+    /// The one beside the primitives, if it is of the same run; else why not.
+    fn beside(stored: &StoredPrimitives) -> Result<Self, String> {
+        let path = stored.path.with_file_name(REPORT_FILE);
+        let Ok(bytes) = super::content(&path) else {
+            return Err(format!("no {REPORT_FILE} beside them tells which it is"));
+        };
+        let report: Self = serde_json::from_slice(&bytes)
+            .map_err(|error| format!("the {REPORT_FILE} beside them can't be read: {error}"))?;
         // What a file doesn't tell can't differ.
         let differ = |a: Option<u64>, b: Option<u64>| a.zip(b).is_some_and(|(a, b)| a != b);
         let is_other = stored.input.as_ref().is_some_and(|name| *name != report.input.name)
@@ -249,7 +252,7 @@ impl Report {
             || differ(stored.sampling_seed, report.sampling_seed)
             || differ(stored.points.map(|n| n as u64), report.points.map(|n| n as u64))
             || differ(Some(stored.primitives.len() as u64), report.primitives.map(|n| n as u64));
-        (!is_other).then_some(report)
+        if is_other { Err(format!("the {REPORT_FILE} beside them is of another run")) } else { Ok(report) }
     }
 }
 
@@ -263,9 +266,12 @@ impl Input {
             return Ok(if self.has_counts_of(&shape) { Ok(shape) } else { Err(why.to_owned()) });
         }
         let folder = beside.parent().unwrap_or(Path::new(""));
-        let relative = self.relative_path.as_ref().map(|path| folder.join(path));
-        let mut places: Vec<PathBuf> = relative.into_iter().chain(self.path.clone()).collect();
-        places.dedup();
+        let written = [self.relative_path.as_ref(), self.path.as_ref()].into_iter().flatten();
+        // A path of the first versions may be one from where they were started.
+        let mut places: Vec<PathBuf> =
+            written.map(|path| way(folder, path)).chain(self.path.clone()).collect();
+        let mut seen = HashSet::new();
+        places.retain(|place| seen.insert(place.clone()));
         for place in &places {
             if let Some(shape) = self.read_if_same(place)? {
                 return Ok(Ok(shape));
@@ -308,6 +314,21 @@ impl Input {
         };
         counts == (self.kind.as_str(), self.points, self.faces)
     }
+}
+
+/// The place that a path means from a folder on, without the way back up.
+fn way(folder: &Path, path: &Path) -> PathBuf {
+    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
+    let mut place = folder.canonicalize().unwrap_or_else(|_| folder.to_owned());
+    for part in path.components() {
+        match part {
+            Component::ParentDir => drop(place.pop()),
+            Component::CurDir => {}
+            // An absolute path begins anew.
+            part => place.push(part),
+        }
+    }
+    place
 }
 
 fn sampling_of(stored: &StoredPrimitives, report: Option<&Report>) -> SamplingOptions {

@@ -1,7 +1,7 @@
 //! The report of a run.
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use serde::Serialize;
@@ -19,6 +19,8 @@ pub struct RunRecord {
     pub clusters: Vec<usize>,
     pub merges: Vec<MergeReport>,
     pub times: PhaseTimes,
+    /// The folder that the report is for, where it is made in another.
+    pub home: Option<PathBuf>,
 }
 
 /// Time that each phase of a run took.
@@ -171,11 +173,14 @@ impl<'a> InputEntry<'a> {
     }
 }
 
-/// The way to a file from a folder that is there; `None` where there is none,
-/// as between two drives, or a name is no text.
+/// The way to a file from a folder; `None` where there is none, as between two
+/// drives, or a name is no text.
 fn relative(path: &Path, folder: &Path) -> Option<String> {
-    let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
-    let (path, folder) = (path.canonicalize().ok()?, folder.canonicalize().ok()?);
+    let path = path.canonicalize().ok()?;
+    let folder = std::path::absolute(folder.join(".")).ok()?;
+    // Of a folder that is still to be made what is there already.
+    let there = folder.ancestors().find_map(|part| Some((part, part.canonicalize().ok()?)));
+    let folder = there.and_then(|(part, real)| Some(real.join(folder.strip_prefix(part).ok()?)))?;
     let shared = path.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
     if shared == 0 {
         return None;
@@ -199,7 +204,7 @@ pub(super) fn report_json(
         format: "superform-report",
         version: 1,
         program: concat!("superform ", env!("CARGO_PKG_VERSION")),
-        input: InputEntry::new(shape, folder),
+        input: InputEntry::new(shape, record.home.as_deref().unwrap_or(folder)),
         method: Method::of(params),
         params,
         seed: params.seed,

@@ -125,8 +125,15 @@ fn taken<M: Machine>(
     let params = Params { algorithm: Algorithm::Sampler, ..params };
     let known = result.samples();
     let edit = result.taken(known.as_ref().map_or_else(Vec::new, |(_, labels)| labels.clone()));
-    let (shape, stored) = (Arc::new(result.shape), result.stored);
     let is_known = known.is_some();
+    let is_lost = result.segmented.is_some() && !is_known;
+    let (mut shape, stored) = (result.shape, result.stored);
+    let mut notes = stored.notes.clone();
+    if is_lost {
+        notes.push("its labels are not those of the samples: each joined the nearest primitive".to_owned());
+    }
+    notes.append(&mut shape.notes);
+    let shape = Arc::new(Shape { notes, ..shape });
     let mut fresh: Fresh<M> = match known {
         Some((cloud, _)) => started(what, shape, Arc::new(cloud), result.sampling, params, cancel)?,
         None => sampled(what, shape, sampling, params, cancel)?,
