@@ -33,6 +33,7 @@ fn loaded() -> LoadedShape {
     let shape = Shape {
         name: "chair".to_owned(),
         path: None,
+        content: None,
         geometry: ShapeGeometry::Cloud(PointCloud { points }),
         attributes: Attributes::default(),
         notes: Vec::new(),

@@ -1,11 +1,10 @@
 //! `superform export`: a result in other formats.
 
 use std::fmt::Write as _;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::process::ExitCode;
-use std::sync::Arc;
 
-use anyhow::{Context, bail};
+use anyhow::bail;
 use clap::Args;
 use nalgebra::Point3;
 
@@ -13,10 +12,10 @@ use super::Request;
 use super::interrupt::until_done_or_interrupted;
 use super::say;
 use crate::geometry::palette::Colors;
-use crate::geometry::{SampleCloud, SampledPart, SamplingOptions};
+use crate::geometry::{SampleCloud, SamplingOptions};
 use crate::inference::{Abstraction, Figures, Params, Phase, UNASSIGNED};
 use crate::io::{
-    self, ExportOptions, Format, Kind, Outcome, PrimitiveSet, SEGMENTED_FILE, Shape, ShapeGeometry,
+    self, ExportOptions, Format, FoundAs, Kind, Outcome, PrimitiveSet, SEGMENTED_FILE, Shape, ShapeGeometry,
     StoredPrimitives,
 };
 
@@ -178,7 +177,7 @@ impl WriteJob {
         for (path, format) in &self.targets {
             let done = match (&segmented, format.kind()) {
                 (Some(result), Kind::Cloud | Kind::Mesh) => {
-                    if format.needs_mesh() && self.shape.is_none() {
+                    if format.needs_mesh() && matches!(result.shape.geometry, ShapeGeometry::Cloud(_)) {
                         bail!("{format} needs the mesh that was abstracted; name it with --shape");
                     }
                     io::export(path, *format, &self.options, &result.outcome(&colors, &params, &stored))
@@ -205,69 +204,39 @@ impl WriteJob {
         let is_asked = |(_, format): &(PathBuf, Format)| {
             matches!(format.kind(), Kind::Cloud | Kind::Mesh) || *format == Format::PrimitivesNpz
         };
-        let folder = stored.path.parent().unwrap_or(Path::new(""));
-        let path = folder.join(SEGMENTED_FILE);
-        if !self.targets.iter().any(is_asked) || !path.exists() {
+        if !self.targets.iter().any(is_asked) {
             return Ok(None);
         }
-        let cloud = io::read(&path)?;
-        let ShapeGeometry::Cloud(points) = &cloud.geometry else {
-            bail!("{} holds a mesh; the segmented cloud of the run is needed", path.display());
-        };
-        let labels = cloud
-            .attributes
-            .labels
-            .as_ref()
-            .with_context(|| format!("{} holds no labels; run the shape again", path.display()))?;
-        let known = |&label: &i64| {
-            let id = u32::try_from(label).ok();
-            id.filter(|id| stored.primitives.iter().any(|p| p.id == *id)).unwrap_or(UNASSIGNED)
-        };
-        let labels: Vec<u32> = labels.iter().map(known).collect();
-        let shape = match &self.shape {
-            Some(path) => io::read(path)?,
-            // Its labels and colours are ours, and not the input's.
-            None => {
-                let attributes = io::Attributes { colors: None, labels: None, ..cloud.attributes.clone() };
-                Shape { attributes, ..cloud.clone() }
+        let result = io::open_result(stored.clone(), self.shape.as_deref())?;
+        if result.found_as != FoundAs::Input {
+            for note in &result.shape.notes {
+                say(&format!("{}: {note}", stored.path.display()));
             }
-        };
-        let samples = match &shape.geometry {
-            ShapeGeometry::Mesh(_) => {
-                SampleCloud { points: points.points.clone(), sample_of_input: None, part: SampledPart::Whole }
+        }
+        let Some(points) = &result.segmented else {
+            if let Some(shape) =
+                self.shape.as_deref().filter(|_| stored.path.with_file_name(SEGMENTED_FILE).exists())
+            {
+                bail!(
+                    "{} is not the shape that was abstracted: the segmented cloud beside the result is of another",
+                    shape.display()
+                );
             }
-            ShapeGeometry::Cloud(input) if input.points.len() == points.points.len() => {
-                SampleCloud::from_points(&input.points)
-            }
-            ShapeGeometry::Cloud(input) => bail!(
-                "{} has {} points, but {} has {}; give the shape that was abstracted",
-                shape.name,
-                input.points.len(),
-                path.display(),
-                points.points.len()
-            ),
+            return Ok(None);
         };
-        let labels: Arc<[u32]> = match &samples.sample_of_input {
-            None => labels.into(),
-            // A point that is not finite is no sample.
-            Some(map) => {
-                let kept =
-                    map.iter().zip(&labels).filter(|(sample, _)| **sample != crate::geometry::NO_SAMPLE);
-                kept.map(|(_, label)| *label).collect()
-            }
-        };
+        let (cloud, labels) = points.samples_of(&result.shape);
         let unassigned = labels.iter().filter(|&&l| l == UNASSIGNED).count();
         let figures =
             Figures { clusters: stored.primitives.len(), unassigned, mean_distance: 0.0, log_joint: None };
         let abstraction = Abstraction {
             phase: Phase::Finished,
             iteration: 0,
-            labels,
+            labels: labels.into(),
             pinned: [].into(),
             primitives: stored.primitives.clone().into(),
             figures,
         };
-        Ok(Some(Segmented { shape, cloud: samples, abstraction }))
+        Ok(Some(Segmented { shape: result.shape, cloud, abstraction }))
     }
 }
 

@@ -70,7 +70,7 @@ impl HeadlessJob {
                 }
             })?;
         bar.finish_and_clear();
-        let Exported { files, notes } = finished.write(&self.output, &self.exports)?;
+        let Exported { files, notes } = finished.write(&self.output, &self.output, &self.exports)?;
         for note in notes.iter().filter(|_| !self.quiet) {
             say(note);
         }

@@ -85,9 +85,10 @@ impl Finished {
 
     /// Writes the files of a run and more, by their names, into a folder, all of
     /// them or none: the one place that decides which they are, for one shape
-    /// and for many.
-    pub(super) fn write(&self, folder: &Path, more: &[String]) -> Result<Exported, WriteError> {
-        io::write_run(folder, more, &self.outcome(), &self.record)
+    /// and for many. In the end they are in `home`.
+    pub(super) fn write(&self, folder: &Path, home: &Path, more: &[String]) -> Result<Exported, WriteError> {
+        let record = RunRecord { home: Some(home.to_owned()), ..self.record.clone() };
+        io::write_run(folder, more, &self.outcome(), &record)
     }
 }
 

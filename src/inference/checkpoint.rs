@@ -113,6 +113,11 @@ pub(super) fn is_sound(shape: &Superquadric) -> bool {
         && m.determinant() > 0.0
 }
 
+/// Whether it is a normalised σ that a run can hold.
+pub(super) fn is_sigma(sigma: f64) -> bool {
+    sigma > 0.0 && sigma <= LONGEST
+}
+
 fn is_ascending(list: &[u32], below: usize) -> bool {
     list.windows(2).all(|w| w[0] < w[1]) && list.last().is_none_or(|&i| (i as usize) < below)
 }
@@ -120,7 +125,7 @@ fn is_ascending(list: &[u32], below: usize) -> bool {
 impl Checkpoint {
     /// Says what of it can't be, if something can't, for a cloud of `points`
     /// samples.
-    pub(super) fn check(&self, points: usize) -> Result<(), InferenceError> {
+    pub(crate) fn check(&self, points: usize) -> Result<(), InferenceError> {
         self.problem(points).map_or(Ok(()), |problem| Err(InferenceError::Checkpoint(problem)))
     }
 
@@ -157,7 +162,7 @@ impl Checkpoint {
             if !is_sound(shape) {
                 return Some(format!("the shape of primitive {id} is out of its limits"));
             }
-            if !(*sigma > 0.0 && *sigma <= LONGEST) {
+            if !is_sigma(*sigma) {
                 return Some(format!("σ of primitive {id} is {sigma}"));
             }
             if *revision >= self.next_revision {
@@ -179,7 +184,9 @@ impl Checkpoint {
                 self.clusters.len() == 1
                     && recovered.is_none_or(|r| {
                         is_sound(&r.shape)
-                            && r.sigma > 0.0
+                            && is_sigma(r.sigma)
+                            && r.rounds < MOST_ITERATIONS
+                            && r.switches < MOST_ITERATIONS
                             && r.likelihood.is_finite()
                             && Params { outlier_prior: r.outlier_prior, ..self.params }.check().is_ok()
                     })
@@ -187,7 +194,7 @@ impl Checkpoint {
             (Work::Parts(parts), Algorithm::HierarchicalEms) => parts.iter().all(|part| {
                 let mut sorted = part.points.clone();
                 sorted.sort_unstable();
-                !sorted.is_empty() && is_ascending(&sorted, points)
+                !sorted.is_empty() && is_ascending(&sorted, points) && part.depth < MOST_ITERATIONS
             }),
             _ => false,
         };

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
-use super::abstraction::{MergeReport, Occurrence, Phase, UNASSIGNED};
+use super::abstraction::{MergeReport, Occurrence, Phase, Primitive, UNASSIGNED};
 use super::checkpoint::is_sound;
 use super::energy::Piece;
 use super::fit::{Effort, fit, sum_squared_radial};
@@ -50,9 +50,10 @@ pub enum Edit {
     Together { samples: Vec<u32> },
     /// Lets go of pinned samples.
     Release { samples: Vec<u32> },
-    /// Takes these primitives, by id and in input units, in place of all: each
-    /// sample joins the nearest but for outliers, and the run is finished.
-    Take { primitives: Vec<(u32, Superquadric)> },
+    /// Takes these primitives, in input units, in place of all, and the run is
+    /// finished. Samples have these labels (ids; one each), or without any each
+    /// joins the nearest primitive but for outliers. A σ of 0 is drawn anew.
+    Take { primitives: Vec<Primitive>, labels: Vec<u32> },
 }
 
 impl Edit {
@@ -97,7 +98,7 @@ impl Sampler {
             Edit::NewCluster { samples } => next.new_cluster(samples, cancel),
             Edit::Together { samples } => next.together(samples, cancel),
             Edit::Release { samples } => next.release(samples),
-            Edit::Take { primitives } => next.take(primitives, cancel),
+            Edit::Take { primitives, labels } => next.take(primitives, labels, cancel),
         };
         if cancel.is_requested() {
             return Err(InferenceError::Cancelled);

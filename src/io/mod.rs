@@ -19,8 +19,8 @@ pub use read::primitives::{StoredPrimitives, parse_primitives, read_primitives, 
 #[doc(hidden)]
 pub use read::read_bytes_as;
 pub use read::{
-    SESSION_ENDING, SHAPE_ENDINGS, built_in, has_session_ending, has_shape_ending, holds_primitives, read,
-    read_bytes, shape_of,
+    FoundAs, LabelledPoints, OpenedResult, SESSION_ENDING, SHAPE_ENDINGS, built_in, has_session_ending,
+    has_shape_ending, holds_primitives, open_result, read, read_bytes,
 };
 pub use write::{
     AnimationFormat, AnimationWriter, Choice, ExportOptions, Exported, Format, Kind, LARGEST_GIF, Outcome,
@@ -35,11 +35,28 @@ pub struct Shape {
     /// For people: the file name without folder, or the built-in shape's name.
     pub name: String,
     pub path: Option<PathBuf>,
+    /// `None` where it was made and not read.
+    pub content: Option<Content>,
     pub geometry: ShapeGeometry,
     /// What the file says of the points of the cloud, or of the vertices of the mesh.
     pub attributes: Attributes,
     /// What was skipped or mended on reading, one sentence each.
     pub notes: Vec<String>,
+}
+
+/// What a shape was read from: by this it is known again, whatever it is called.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Content {
+    /// The shape that is part of the program.
+    BuiltIn,
+    /// A file of so many bytes with this CRC-32.
+    File { bytes: u64, crc32: u32 },
+}
+
+impl Content {
+    pub(super) fn of(bytes: &[u8]) -> Self {
+        Self::File { bytes: bytes.len() as u64, crc32: crc32fast::hash(bytes) }
+    }
 }
 
 #[derive(Debug, Clone)]

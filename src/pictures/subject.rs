@@ -8,11 +8,11 @@ use nalgebra::Point3;
 
 use crate::geometry::palette::Colors;
 use crate::geometry::tessellate::{Resolution, surface_vertices};
-use crate::geometry::{NO_SAMPLE, SampleCloud, SampledPart, SamplingOptions, TriMesh};
+use crate::geometry::{SampleCloud, SampledPart, SamplingOptions, TriMesh};
 use crate::inference::{
-    Abstraction, Algorithm, Cancel, Edit, Figures as StateFigures, Params, Phase, Primitive, Run, UNASSIGNED,
+    Abstraction, Algorithm, Cancel, Figures as StateFigures, Params, Phase, Primitive, Run,
 };
-use crate::io::{self, PointCloud, ReadError, SEGMENTED_FILE, Shape, ShapeGeometry, StoredPrimitives};
+use crate::io::{self, FoundAs, OpenedResult, ReadError, Shape, ShapeGeometry, StoredPrimitives};
 use crate::project::{self, OpenError};
 use crate::session::camera::Camera;
 use crate::session::scene::{SceneFromInput, UpAxis, shown_points};
@@ -75,7 +75,7 @@ impl Subject {
         let subject = if io::has_session_ending(path) && path.is_file() {
             Self::of_session(path)?
         } else if path.is_dir() || io::holds_primitives(path) {
-            Self::of_result(&io::read_primitives(path)?)?
+            Self::of_result(io::open_result(io::read_primitives(path)?, None)?)
         } else {
             Self::of_shape(io::read(path)?)
         };
@@ -110,37 +110,35 @@ impl Subject {
         let cloud = match &shape.geometry {
             // A mesh is shown by its faces.
             ShapeGeometry::Mesh(_) => samples(Vec::new(), None),
-            ShapeGeometry::Cloud(cloud) => every_point(cloud),
+            ShapeGeometry::Cloud(cloud) => SampleCloud::from_points(&cloud.points),
         };
         let notes = shape.notes.clone();
         Self::of(shape, cloud, None, notes)
     }
 
-    fn of_result(stored: &StoredPrimitives) -> Result<Self, SubjectError> {
-        let shape = io::shape_of(stored)?;
-        let mut notes = stored.notes.clone();
+    fn of_result(result: OpenedResult) -> Self {
+        let mut notes = result.stored.notes.clone();
         // What was mended in the input was told when the result was made.
-        if shape.path.is_none() {
-            notes.extend(shape.notes.iter().cloned());
+        if result.found_as != FoundAs::Input {
+            notes.extend(result.shape.notes.iter().cloned());
         }
-        if is_made_of_surfaces(&shape, stored) {
+        if result.found_as == FoundAs::Surfaces {
             // Points on the primitives would look like an input that fits.
-            let nothing = Shape { geometry: ShapeGeometry::Mesh(TriMesh::default()), ..shape };
-            let state = state_of(stored, [].into());
-            return Ok(Self::of(nothing, samples(Vec::new(), None), Some(state), notes));
+            let nothing = Shape { geometry: ShapeGeometry::Mesh(TriMesh::default()), ..result.shape };
+            let state = state_of(&result.stored, [].into());
+            return Self::of(nothing, samples(Vec::new(), None), Some(state), notes);
         }
-        let segmented = stored.path.with_file_name(SEGMENTED_FILE);
-        if segmented.is_file()
-            && let Some((shape, cloud, labels)) = labelled(&shape, io::read(&segmented)?)
-        {
-            return Ok(Self::of(shape, cloud, Some(state_of(stored, labels)), notes));
+        if let Some(segmented) = &result.segmented {
+            let (cloud, labels) = segmented.samples_of(&result.shape);
+            let state = state_of(&result.stored, labels.into());
+            return Self::of(result.shape, cloud, Some(state), notes);
         }
-        match assigned(&shape, stored) {
-            Ok((cloud, state)) => Ok(Self::of(shape, cloud, Some(state), notes)),
+        match assigned(&result) {
+            Ok((cloud, state)) => Self::of(result.shape, cloud, Some(state), notes),
             Err(why) => {
                 notes.push(format!("the points are not told apart: {why}"));
-                let plain = Self::of_shape(shape);
-                Ok(Self { state: Some(state_of(stored, [].into())), notes, ..plain })
+                let plain = Self::of_shape(result.shape);
+                Self { state: Some(state_of(&result.stored, [].into())), notes, ..plain }
             }
         }
     }
@@ -274,78 +272,23 @@ fn surfaces(primitives: &[Primitive]) -> Vec<Point3<f64>> {
     valid.flat_map(|p| surface_vertices(&p.shape, Resolution::SCREEN).map(|(vertex, _)| vertex)).collect()
 }
 
-/// Whether a shape is no more than what [`io::shape_of`] makes of the primitives
-/// themselves, where there is nothing else.
-fn is_made_of_surfaces(shape: &Shape, stored: &StoredPrimitives) -> bool {
-    let is_mesh = matches!(shape.geometry, ShapeGeometry::Mesh(_));
-    is_mesh && shape.path.is_none() && stored.input.as_deref() != Some(BUILT_IN)
-}
-
 /// Diameter of points with nothing between them, in logical pixels.
 const LONE_POINT: f32 = 6.0;
-
-/// What files call the shape that is part of the program.
-const BUILT_IN: &str = "built-in chair";
 
 fn samples(points: Vec<Point3<f64>>, sample_of_input: Option<Vec<u32>>) -> SampleCloud {
     SampleCloud { points, sample_of_input, part: SampledPart::Whole }
 }
 
-/// All finite points of a cloud as its samples.
-fn every_point(cloud: &PointCloud) -> SampleCloud {
-    let mut points = Vec::with_capacity(cloud.points.len());
-    let map = cloud
-        .points
-        .iter()
-        .map(|p| {
-            if !p.iter().all(|c| c.is_finite()) {
-                return NO_SAMPLE;
-            }
-            points.push(*p);
-            (points.len() - 1) as u32
-        })
-        .collect();
-    samples(points, Some(map))
-}
-
-/// The input with the labels of its segmented cloud: what is drawn as the shape,
-/// its samples and their labels. `None` where the cloud has no labels.
-fn labelled(input: &Shape, segmented: Shape) -> Option<(Shape, SampleCloud, Arc<[u32]>)> {
-    let ShapeGeometry::Cloud(cloud) = &segmented.geometry else { return None };
-    let labels = segmented.attributes.labels.as_ref()?;
-    let samples = every_point(cloud);
-    let label = |label: &i64| u32::try_from(*label).unwrap_or(UNASSIGNED);
-    let finite = cloud.points.iter().zip(labels).filter(|(p, _)| p.iter().all(|c| c.is_finite()));
-    let labels = finite.map(|(_, l)| label(l)).collect();
-    Some(match &input.geometry {
-        // The samples of a mesh stand for none of its vertices.
-        ShapeGeometry::Mesh(_) => (input.clone(), SampleCloud { sample_of_input: None, ..samples }, labels),
-        // All of an input's points are in its segmented cloud, in order.
-        ShapeGeometry::Cloud(points) if points.points.len() == cloud.points.len() => {
-            (input.clone(), samples, labels)
-        }
-        ShapeGeometry::Cloud(_) => (segmented, samples, labels),
-    })
-}
-
 /// Samples the shape as the run did, and lets each sample join the nearest
 /// primitive.
-fn assigned(shape: &Shape, stored: &StoredPrimitives) -> Result<(SampleCloud, Abstraction), String> {
-    let usual = SamplingOptions::default();
-    let (least, most) = SamplingOptions::POINTS;
-    let sampling = SamplingOptions {
-        points: stored.points.unwrap_or(usual.points).clamp(least, most),
-        seed: stored.sampling_seed.unwrap_or(usual.seed),
-        ..usual
-    };
-    let cloud = io::sample(shape, &sampling).map_err(|e| e.to_string())?;
+fn assigned(result: &OpenedResult) -> Result<(SampleCloud, Abstraction), String> {
+    let cloud = io::sample(&result.shape, &result.sampling).map_err(|e| e.to_string())?;
     let cancel = Cancel::default();
     // Only the sampler goes on from primitives.
     let params = Params { algorithm: Algorithm::Sampler, ..Params::default() };
-    let taken = Edit::Take { primitives: stored.primitives.iter().map(|p| (p.id, p.shape)).collect() };
     let mut run = Run::new(Arc::new(cloud.clone()), params, &cancel).map_err(|e| e.to_string())?;
-    run.edit(&taken, &cancel).map_err(|e| e.to_string())?;
-    Ok((cloud, state_of(stored, run.abstraction().labels)))
+    run.edit(&result.taken(Vec::new()), &cancel).map_err(|e| e.to_string())?;
+    Ok((cloud, state_of(&result.stored, run.abstraction().labels)))
 }
 
 /// The primitives of a file, as they are in it.

@@ -33,6 +33,12 @@ const LARGEST: u64 = 8 << 30;
 /// Deflate makes nothing smaller than this share of what it was.
 const MOST_DEFLATED: u64 = 1040;
 
+/// Most bytes that a record becomes, in a file of so many: what is packed has a
+/// few bytes for each sample, and each sample 24 in the file, unpacked.
+fn most_unpacked(bytes: u64) -> u64 {
+    (16 << 20) + 64 * bytes
+}
+
 /// What a record holds.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 #[repr(u8)]
@@ -267,8 +273,11 @@ fn read_record(input: &mut impl Read, at: u64, bytes: u64) -> Result<(Record, u6
     }
     let kind = Kind::of(frame[0]).ok_or(Trouble::Fault("a record is of no known kind"))?;
     let is_deflated = frame[1] == DEFLATED;
-    let fits =
-        if is_deflated { length / MOST_DEFLATED <= stored } else { frame[1] == STORED && length == stored };
+    let fits = if is_deflated {
+        length / MOST_DEFLATED <= stored && length <= most_unpacked(bytes)
+    } else {
+        frame[1] == STORED && length == stored
+    };
     if !fits {
         return Err(Trouble::Fault("a record has a length that can't be"));
     }

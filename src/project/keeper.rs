@@ -12,7 +12,7 @@ use super::reading::{self, Opened};
 use super::saving::save;
 use crate::session::keeping::Found;
 use crate::session::workspace::Workspace;
-use crate::worker::Outbox;
+use crate::worker::{Outbox, caught};
 
 /// Orders and events on their way between the threads.
 const ORDERS: usize = 64;
@@ -92,7 +92,7 @@ impl Keeper {
         };
         let thread = std::thread::Builder::new().name("keeper".to_owned()).spawn(move || {
             let mut desk = Desk { folder, journal: None, orphans: Vec::new(), is_failing: false, tell };
-            desk.look_around();
+            desk.guarded(Desk::look_around);
             while let Ok(order) = received.recv() {
                 let orders: Vec<Order> = std::iter::once(order).chain(received.try_iter()).collect();
                 desk.obey_all(orders);
@@ -226,8 +226,17 @@ impl<F: Fn(Event)> Desk<F> {
         let latest = orders.iter().rposition(|order| matches!(order, Order::Keep(..)));
         for (at, order) in orders.into_iter().enumerate() {
             if !matches!(order, Order::Keep(..)) || Some(at) == latest {
-                self.obey(order);
+                self.guarded(|desk| desk.obey(order));
             }
+        }
+    }
+
+    /// Goes on after a fault, which is told: whoever keeps work doesn't end.
+    fn guarded(&mut self, work: impl FnOnce(&mut Self)) {
+        if let Err(error) = caught(|| work(self)) {
+            let what = "The thread that saves and keeps sessions stopped at an unexpected fault".to_owned();
+            let error = format!("{error}; save the session under another name, and please report this");
+            (self.tell)(Event::Failed { what, error });
         }
     }
 
@@ -291,9 +300,10 @@ impl<F: Fn(Event)> Desk<F> {
             Err(error) => return self.fail(&what, &error),
         };
         self.set_aside(unsaved);
-        if let Origin::Recovered(id) = origin
-            // It goes only when it is in the journal of this window.
+        // What is in no file of its own is kept at once, as what it came from goes.
+        if !matches!(origin, Origin::File(_))
             && self.keep(&opened.workspace)
+            && let Origin::Recovered(id) = origin
             && let Some(claim) = self.take_orphan(id)
             && let Err(error) = claim.remove()
         {

@@ -9,8 +9,9 @@ use serde::de::DeserializeOwned;
 use super::container::{Kind, Record, scan};
 use super::error::{Fault, OpenError};
 use super::shapes::{CloudEntry, LoadedEntry, ShapeEntry, belong_together};
-use super::states::{BranchEntry, DocumentEntry, HeadEntry, StateEntry, is_ascending};
+use super::states::{BranchEntry, DocumentEntry, HeadEntry, StateEntry, is_ascending, is_counter};
 use crate::geometry::SampleCloud;
+use crate::inference::normalised_scale;
 use crate::io::Shape;
 use crate::session::document::Document;
 use crate::session::keeping::Summary;
@@ -107,6 +108,9 @@ impl<'a> Library<'a> {
 
     fn workspace(&mut self, record: &Record) -> Result<Workspace, Fault> {
         let head: HeadEntry<'_> = decoded(record)?;
+        if !(is_counter(head.generations.0) && is_counter(head.generations.1)) {
+            return Err(Fault::at(record.byte, "a counter of the head is out of its limits"));
+        }
         if head.generations != self.generations {
             self.generations = head.generations;
             // They bear generations of another head.
@@ -209,6 +213,10 @@ impl<'a> Library<'a> {
         if !states.iter().all(fits) {
             return Err(wrong("has a state of another cloud"));
         }
+        // A branch leaves an older one, at a state that both have.
+        if entry.origin.is_some_and(|o| o.branch >= entry.id || o.index >= states.len()) {
+            return Err(wrong("leaves a branch at a state that is not there"));
+        }
         let branch = Branch {
             id: entry.id,
             name: entry.name.into_owned(),
@@ -232,6 +240,12 @@ impl<'a> Library<'a> {
         }
         if entry.sampling.check().is_err() {
             return Err(wrong("has a parameter that is out of its limits"));
+        }
+        if normalised_scale(&cloud.points).is_none() {
+            return Err(wrong("has samples without an extent, or with one that is too large"));
+        }
+        if !is_counter(entry.generation) {
+            return Err(wrong("has a counter that is out of its limits"));
         }
         let generation = self.generation(entry.generation);
         let loaded = Arc::new(LoadedShape { generation, shape, cloud, sampling: entry.sampling });

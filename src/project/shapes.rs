@@ -98,6 +98,7 @@ impl ShapeEntry<'_> {
         Ok(Shape {
             name: self.name.into_owned(),
             path: self.path.map(|path| PathBuf::from(path.into_owned())),
+            content: None,
             geometry,
             attributes,
             notes: self.notes.into_owned(),

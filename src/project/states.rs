@@ -17,6 +17,18 @@ use crate::session::timeline::Origin;
 use crate::session::view::View;
 use crate::worker::{Cause, Pace, Snapshot};
 
+/// Longer than any run: some 1000 years. What is added to it doesn't overflow.
+const LONGEST: Duration = Duration::from_secs(1 << 35);
+/// More than any session counts to; as much can be added without an overflow.
+const MOST_COUNTED: u64 = 1 << 53;
+/// The same of a run's steps.
+const MOST_STEPS: u32 = 1 << 24;
+
+/// Whether something can have been counted, and goes on being.
+pub(super) fn is_counter(count: u64) -> bool {
+    count < MOST_COUNTED
+}
+
 /// The state after a step.
 #[derive(Debug, Serialize, Deserialize)]
 pub(super) struct StateEntry<'a> {
@@ -69,9 +81,7 @@ impl StateEntry<'_> {
         if !labels.iter().all(|label| *label == UNASSIGNED || ids.contains(label)) {
             return Err("has a label without a primitive");
         }
-        let is_sound =
-            |p: &Primitive| p.shape.is_valid() && p.sigma.is_finite() && p.mean_distance.is_finite();
-        if !self.primitives.iter().all(is_sound) {
+        if !self.primitives.iter().all(|p| p.shape.is_valid()) {
             return Err("has a primitive with a parameter that is not valid");
         }
         if !is_ascending(&pinned, labels.len()) {
@@ -80,13 +90,33 @@ impl StateEntry<'_> {
         if self.params.check().is_err() || self.start.check().is_err() {
             return Err("has a parameter that is out of its limits");
         }
+        let assigned = self.primitives.iter().try_fold(0usize, |sum, p| sum.checked_add(p.points));
+        if assigned.is_none_or(|assigned| assigned > labels.len())
+            || self.figures.unassigned > labels.len()
+            || ![self.generation, self.run, self.figures.clusters as u64].into_iter().all(is_counter)
+            || self.iteration >= MOST_STEPS
+        {
+            return Err("has a counter that is out of its limits");
+        }
+        if self.elapsed > LONGEST {
+            return Err("has a duration that is out of its limits");
+        }
+        let is_distance = |d: f64| d.is_finite() && d >= 0.0;
+        let distances = self.primitives.iter().flat_map(|p| [p.sigma, p.mean_distance]);
+        if !distances.chain([self.figures.mean_distance]).all(is_distance) {
+            return Err("has a figure that is out of its limits");
+        }
+        if self.checkpoint.check(labels.len()).is_err() {
+            return Err("has a checkpoint that no run can go on from");
+        }
         let abstraction = Abstraction {
             phase: self.phase,
             iteration: self.iteration,
             labels: labels.into(),
             pinned: pinned.into(),
             primitives: self.primitives.into_owned().into(),
-            figures: self.figures,
+            // What can't be plotted is not worth the session.
+            figures: Figures { log_joint: self.figures.log_joint.filter(|l| l.is_finite()), ..self.figures },
         };
         Ok(Snapshot {
             key: Snapshot::new_key(),

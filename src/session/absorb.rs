@@ -3,12 +3,12 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::messages::{self, Level};
+use super::messages::{self, Level, Message};
 use super::timeline::Timeline;
-use super::{Effect, Session};
+use super::{Action, Effect, Session, Verb};
 use crate::geometry::SampledPart;
 use crate::inference::Phase;
-use crate::worker::{Activity, Cause, Command, Event, LoadedShape, Measurement, Snapshot};
+use crate::worker::{Activity, Cause, Command, Event, Helper, LoadedShape, Measurement, Snapshot};
 
 /// Measurements that are kept.
 const MEASURED: usize = 512;
@@ -71,8 +71,54 @@ impl Session {
                 self.settle_draft();
                 self.fail(what, &error);
             }
+            Event::Ended { who, error } => return self.absorb_end(who, &error),
         }
         Vec::new()
+    }
+
+    /// A thread of the worker has ended, and another has taken its place. That of
+    /// the sampler is told the settings; the shown state it gets with the next
+    /// work that goes on from there.
+    fn absorb_end(&mut self, who: Helper, error: &str) -> Vec<Effect> {
+        let (what, advice) = match who {
+            Helper::Sampler => (
+                "The thread that computes has ended at an unexpected fault",
+                "Another has taken its place. All states and settings are kept; what was under way was not \
+                 finished. Run goes on from the shown state. If it happens again, save the session, and \
+                 please report it with the details, the shape and the parameters",
+            ),
+            Helper::Measurer => (
+                "The thread that measures has ended at an unexpected fault",
+                "Another has taken its place. Nothing is lost but the figures that were under way; please \
+                 report it with the details and the shape",
+            ),
+            Helper::Seeds => (
+                "The thread that runs other seeds has ended at an unexpected fault",
+                "Another has taken its place. The runs that were finished are kept; run the others again, \
+                 and please report it with the details and the shape",
+            ),
+        };
+        if matches!(who, Helper::Sampler | Helper::Measurer) {
+            self.measuring = None;
+            self.estimates.ask_again();
+        }
+        if matches!(who, Helper::Sampler | Helper::Seeds) {
+            self.seeds.end();
+        }
+        let message = Message::error(what, error).advise(advice);
+        if who != Helper::Sampler {
+            self.messages.add(message);
+            return Vec::new();
+        }
+        self.messages.add(message.offer("Run again", Action::Verb(Verb::Run)));
+        self.activity = Activity::Idle;
+        self.worker_at = None;
+        self.run_when_loaded = false;
+        self.has_arrived = false;
+        self.is_judging = false;
+        self.live.forget();
+        self.settle_draft();
+        vec![Effect::Send(Command::SetParams(self.params)), Effect::Send(Command::SetPace(self.pace))]
     }
 
     /// Keeps what was measured, if its state still matters.

@@ -221,11 +221,7 @@ impl Session {
             Verb::SkipMerge => return self.skip_merge(),
             Verb::DropMerge => self.drop_proposal(),
             Verb::MergeAll => return self.work(Command::MergeAll, Activity::Merging),
-            Verb::Reset => {
-                let mut effects = self.sync();
-                effects.extend(self.command(Command::Reset, Activity::Loading));
-                return effects;
-            }
+            Verb::Reset => return self.synced(Command::Reset),
             Verb::Continue => return self.extend(),
             Verb::ContinueHere => {
                 self.timeline.branch_here();
@@ -259,7 +255,7 @@ impl Session {
                     self.messages.push(Level::Note, "Click a point to see the odds of each table", "");
                 }
             }
-            Verb::Resample => return self.command(Command::Resample(self.sampling), Activity::Loading),
+            Verb::Resample => return self.synced(Command::Resample(self.sampling)),
             Verb::ToggleLive => return self.set_live(!self.live.is_on),
             Verb::FrameSelection => {
                 if let Some(bounds) = self.selection_bounds() {
@@ -310,6 +306,13 @@ impl Session {
             Verb::ShowAbout => self.view.shows_about ^= true,
         }
         Vec::new()
+    }
+
+    /// A command about the shape that is shown, which the worker may not be at.
+    fn synced(&mut self, command: Command) -> Vec<Effect> {
+        let mut effects = self.sync();
+        effects.extend(self.command(command, Activity::Loading));
+        effects
     }
 
     pub(super) fn command(&mut self, command: Command, activity: Activity) -> Vec<Effect> {

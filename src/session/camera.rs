@@ -116,11 +116,11 @@ impl Default for Camera {
 impl Camera {
     /// Whether all numbers are within their limits.
     pub fn is_sound(&self) -> bool {
-        self.target.iter().chain([&self.yaw]).all(|c| c.is_finite())
+        // Far beyond what a hand reaches, and far from what overflows on the screen.
+        self.target.iter().chain([&self.yaw]).all(|c| c.abs() <= 1e9)
             && (DISTANCE.0..=DISTANCE.1).contains(&self.distance)
             && self.pitch.abs() <= std::f64::consts::FRAC_PI_2
-            && self.aspect.is_finite()
-            && self.aspect > 0.0
+            && (1e-4..=1e4).contains(&self.aspect)
     }
 
     /// Full vertical angle of view in radians.

@@ -21,7 +21,7 @@ impl Session {
             Verb::ExportAgain => {
                 self.snapshot.is_some()
                     && self.activity != Activity::Writing
-                    && self.window.exported.is_some()
+                    && self.exported().is_some()
                     && self.why_not_exported(self.window.export.format).is_none()
             }
             Verb::CopyPrimitives | Verb::CopyCsv => !self.primitives().is_empty(),

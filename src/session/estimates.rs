@@ -26,6 +26,11 @@ impl Estimates {
         self.values.insert(key, chamfer_l1);
     }
 
+    /// Those that were on their way will not come.
+    pub(super) fn ask_again(&mut self) {
+        self.asked = None;
+    }
+
     /// Those of another shape are of no use.
     pub(super) fn forget(&mut self) {
         self.values.clear();

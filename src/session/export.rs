@@ -7,9 +7,8 @@ use serde::{Deserialize, Serialize};
 
 use super::messages::Level;
 use super::{Effect, Session};
-use crate::inference::Edit;
 use crate::io::{self, ExportOptions, Format, Kind, Outcome, PrimitiveSet, ShapeGeometry};
-use crate::worker::{Command, ExportRequest};
+use crate::worker::{Command, ExportRequest, LoadedShape};
 
 /// What was chosen in the export dialog.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
@@ -59,15 +58,23 @@ impl Session {
         let Some(state) = self.shown_state() else { return Vec::new() };
         let ExportChoice { format, options } = self.window.export;
         self.window.save_folder = path.parent().map(PathBuf::from);
-        self.window.exported = Some(path.clone());
+        self.exported = Some((path.clone(), Arc::downgrade(&state.loaded.shape)));
         let colors = self.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default();
         let request = ExportRequest { path, format, options, state, colors };
         vec![Effect::Send(Command::Export(Box::new(request)))]
     }
 
+    /// The file that something of the present shape was exported to last: that
+    /// of another shape is not to be overwritten with this one.
+    pub(super) fn exported(&self) -> Option<&Path> {
+        let (path, shape) = self.exported.as_ref()?;
+        let is_of = |loaded: &Arc<LoadedShape>| std::ptr::eq(shape.as_ptr(), Arc::as_ptr(&loaded.shape));
+        self.loaded.as_ref().is_some_and(is_of).then_some(path)
+    }
+
     /// Writes to the file of the last export again.
     pub(super) fn export_again(&mut self) -> Vec<Effect> {
-        self.window.exported.clone().map_or_else(Vec::new, |path| self.export(path))
+        self.exported().map(Path::to_owned).map_or_else(Vec::new, |path| self.export(path))
     }
 
     /// The shown primitives as a text for the clipboard.
@@ -92,10 +99,7 @@ impl Session {
     /// Takes the primitives of a text in place of the shown ones.
     pub(super) fn paste_primitives(&mut self, text: &str) -> Vec<Effect> {
         match io::parse_primitives(text.as_bytes(), Path::new("the clipboard"), None) {
-            Ok(stored) => {
-                let primitives = stored.primitives.iter().map(|p| (p.id, p.shape)).collect();
-                self.edit(vec![Edit::Take { primitives }])
-            }
+            Ok(stored) => self.edit(vec![stored.brought_in()]),
             Err(error) => {
                 self.fail("There are no primitives to paste".to_owned(), &error.to_string());
                 Vec::new()

@@ -2,6 +2,7 @@
 //! changed since, what earlier windows left behind.
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{Duration, SystemTime};
 
 use serde::{Deserialize, Serialize};
@@ -11,6 +12,7 @@ use super::messages::{Level, Message};
 use super::timeline::Branch;
 use super::workspace::Workspace;
 use super::{Action, Effect, Session};
+use crate::worker::LoadedShape;
 
 /// A session that was left behind by a process that is no more.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -74,7 +76,10 @@ enum Saved {
     Never,
     /// It came from the journal of another window: all of it is unsaved.
     Recovered,
-    As(Box<Document>),
+    As {
+        path: PathBuf,
+        document: Box<Document>,
+    },
 }
 
 /// What waits for a decision about unsaved work, which nothing else keeps.
@@ -98,8 +103,6 @@ pub enum Opening {
 /// Where the session is kept.
 #[derive(Debug, Default)]
 pub struct Keeping {
-    /// The file that the session was saved in, or opened from.
-    path: Option<PathBuf>,
     saved: Saved,
     /// What earlier windows left behind and nobody has decided about.
     found: Vec<Found>,
@@ -113,10 +116,6 @@ pub struct Keeping {
 }
 
 impl Keeping {
-    pub fn path(&self) -> Option<&Path> {
-        self.path.as_deref()
-    }
-
     /// What a person is asked about: sessions that were left behind.
     pub fn found(&self) -> &[Found] {
         &self.found
@@ -166,10 +165,19 @@ pub enum PartingAnswer {
 }
 
 impl Session {
+    /// The file that the present work was saved in, or opened from. None once
+    /// another shape is open: that work is not what the file holds. Undoing the
+    /// opening brings the work back, and its file with it.
+    pub fn session_file(&self) -> Option<&Path> {
+        let Saved::As { path, document } = &self.keeping.saved else { return None };
+        let shape = |loaded: &Option<Arc<LoadedShape>>| loaded.as_ref().map(|l| Arc::as_ptr(&l.shape));
+        (shape(&self.loaded) == shape(&document.loaded)).then_some(path)
+    }
+
     /// Name of the session: that of its file, or of its shape.
     pub fn title(&self) -> Option<String> {
         let file =
-            self.keeping.path().and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
+            self.session_file().and_then(Path::file_stem).map(|stem| stem.to_string_lossy().into_owned());
         file.or_else(|| self.loaded.as_ref().map(|loaded| loaded.shape.name.clone()))
     }
 
@@ -178,14 +186,14 @@ impl Session {
         match &self.keeping.saved {
             Saved::Never => !self.undo.done().is_empty() || !self.undo.undone().is_empty(),
             Saved::Recovered => true,
-            Saved::As(saved) => !self.has_work_of(saved),
+            Saved::As { document, .. } => !self.has_work_of(document),
         }
     }
 
     /// Whether the present work is that of the document: what is selected, and
     /// which state is shown, is no work.
     fn has_work_of(&self, saved: &Document) -> bool {
-        let place = |loaded: &Option<_>| loaded.as_ref().map(std::sync::Arc::as_ptr);
+        let place = |loaded: &Option<_>| loaded.as_ref().map(Arc::as_ptr);
         let mark = |branch: &Branch| (branch.id, branch.states.len(), branch.states.last().map(|s| s.key));
         let (now, then) = (self.timeline.branches(), saved.timeline.branches());
         place(&self.loaded) == place(&saved.loaded)
@@ -205,7 +213,7 @@ impl Session {
     }
 
     fn is_document(&self, document: &Document) -> bool {
-        let place = |loaded: &Option<_>| loaded.as_ref().map(std::sync::Arc::as_ptr);
+        let place = |loaded: &Option<_>| loaded.as_ref().map(Arc::as_ptr);
         place(&self.loaded) == place(&document.loaded)
             && (self.params, self.sampling) == (document.params, document.sampling)
             && self.timeline == document.timeline
@@ -236,8 +244,7 @@ impl Session {
                 let offer = Action::ShowInFolder(path.clone());
                 self.messages.add(Message::new(Level::Note, text).offer("Show in folder", offer));
                 self.window.recent.add(&path);
-                self.keeping.path = Some(path);
-                self.keeping.saved = Saved::As(Box::new(workspace.document));
+                self.keeping.saved = Saved::As { path, document: Box::new(workspace.document) };
                 if let Some(parting) = self.keeping.after_saving.take() {
                     return vec![self.part(parting)];
                 }
@@ -250,17 +257,17 @@ impl Session {
                 for note in notes {
                     self.messages.push(Level::Error, "The session is not complete", note);
                 }
-                self.keeping.saved = match &from {
-                    Opening::File(_) => Saved::As(Box::new(workspace.document.clone())),
-                    Opening::Recovered(_) | Opening::Last => Saved::Recovered,
+                self.keeping.saved = match from {
+                    Opening::File(path) => {
+                        self.window.recent.add(&path);
+                        Saved::As { path, document: Box::new(workspace.document.clone()) }
+                    }
+                    Opening::Recovered(id) => {
+                        self.keeping.found.retain(|found| found.id != id);
+                        Saved::Recovered
+                    }
+                    Opening::Last => Saved::Recovered,
                 };
-                if let Opening::Recovered(id) = &from {
-                    self.keeping.found.retain(|found| found.id != *id);
-                }
-                self.keeping.path = if let Opening::File(path) = from { Some(path) } else { None };
-                if let Some(path) = &self.keeping.path {
-                    self.window.recent.add(path);
-                }
                 return self.take_workspace(*workspace);
             }
             KeepingEvent::Failed { what, error } => {
@@ -274,7 +281,7 @@ impl Session {
     /// Saves the session where it was saved before, or asks where.
     pub(super) fn save_session(&mut self) -> Effect {
         self.keeping.after_saving = None;
-        self.keeping.path.clone().map_or(Effect::AskForSession, Effect::SaveSession)
+        self.session_file().map_or(Effect::AskForSession, |path| Effect::SaveSession(path.to_owned()))
     }
 
     pub(super) fn save_session_as(&mut self) -> Effect {

@@ -4,12 +4,13 @@
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
-use std::sync::Arc;
+use std::sync::{Arc, Weak};
 
 use nalgebra::Point3;
 
 use crate::geometry::palette::color_of;
 use crate::inference::{MergeProposal, Params, Phase, Primitive, Setting, normalised_scale};
+use crate::io::Shape;
 use crate::worker::{
     Activity, Command, LoadedShape, Measurement, Pace, SamplingOptions, Snapshot, Source, State,
 };
@@ -131,6 +132,8 @@ pub struct Session {
     pub live: Live,
     pub activity: Activity,
     pub keeping: Keeping,
+    /// The file that was exported to last, and of which shape.
+    exported: Option<(PathBuf, Weak<Shape>)>,
     pub view: View,
     pub window: Window,
     pub camera: Camera,
@@ -200,6 +203,7 @@ impl Session {
             live: Live::default(),
             activity: Activity::Idle,
             keeping: Keeping::default(),
+            exported: None,
             view: View::default(),
             window: Window::default(),
             camera: Camera::default(),

@@ -67,8 +67,8 @@ impl Session {
             Verb::ReopenLast => "No session was closed without being saved",
             Verb::ClearRecent => "No file is remembered",
             Verb::ZoomReset => "It is 100 % already",
-            Verb::ExportAgain if self.window.exported.is_none() && self.loaded.is_some() => {
-                "Nothing was exported yet"
+            Verb::ExportAgain if self.exported().is_none() && self.loaded.is_some() => {
+                "Nothing of this shape was exported yet"
             }
             _ if needs_shape && self.activity == Activity::Loading => "A shape is being loaded",
             _ if needs_shape && self.loaded.is_none() => "Open a shape first",

@@ -151,6 +151,12 @@ impl Seeds {
         }
     }
 
+    /// No more of them will come.
+    pub(super) fn end(&mut self) {
+        self.progress = None;
+        self.is_running = false;
+    }
+
     /// Forgets all.
     pub(super) fn clear(&mut self) {
         self.stop();
@@ -200,10 +206,7 @@ impl Session {
                 self.keep_measurement(measurement);
             }
             SeedNews::Failed { what, error } => self.messages.push(Level::Error, what, error),
-            SeedNews::Over => {
-                seeds.progress = None;
-                seeds.is_running = false;
-            }
+            SeedNews::Over => seeds.end(),
         }
     }
 

@@ -88,7 +88,8 @@ impl Session {
             let text = format!("Of the {count} files that were dropped, {name} was opened");
             self.messages.push(Level::Note, text, "one shape is open at a time");
         }
-        self.open_file(path)
+        // As from the menu, so that it can be undone.
+        self.apply(Action::OpenFile(path))
     }
 
     pub(super) fn forget_recent(&mut self, path: &Path) {
@@ -105,7 +106,6 @@ impl Session {
             open_folder: old.open_folder,
             save_folder: old.save_folder,
             export: old.export,
-            exported: old.exported,
             commands: old.commands,
             ..Window::default()
         };

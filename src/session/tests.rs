@@ -3,12 +3,14 @@ use std::time::Duration;
 
 use nalgebra::Point3;
 
+use super::keeping::KeepingEvent;
+use super::workspace::Workspace;
 use super::*;
 use crate::geometry::{SampleCloud, Superquadric};
 use crate::inference::Checkpoint;
 use crate::inference::{Abstraction, Figures, MergeReport, Method, Occurrence, checkpoint};
 use crate::io::{Attributes, Format, PointCloud, Shape, ShapeGeometry};
-use crate::worker::{Cause, Event};
+use crate::worker::{Cause, Event, Helper};
 
 mod hand;
 mod live;
@@ -19,7 +21,7 @@ fn loaded() -> Arc<LoadedShape> {
     let cloud = Arc::new(SampleCloud::from_points(&points));
     let geometry = ShapeGeometry::Cloud(PointCloud { points });
     let (name, attributes) = ("nine".to_owned(), Attributes::default());
-    let shape = Arc::new(Shape { name, path: None, geometry, attributes, notes: Vec::new() });
+    let shape = Arc::new(Shape { name, path: None, content: None, geometry, attributes, notes: Vec::new() });
     Arc::new(LoadedShape { generation: 1, shape, cloud, sampling: SamplingOptions::default() })
 }
 
@@ -259,6 +261,100 @@ fn an_error_goes_when_the_same_thing_succeeds() {
     session.absorb(failed());
     session.absorb(started(8, Params::default()));
     assert!(session.messages.open_error().is_none());
+}
+
+#[test]
+fn work_goes_on_where_the_thread_that_computes_has_ended() {
+    let mut session = session();
+    session.apply(Action::Verb(Verb::Run));
+    session.absorb(snapshot(&[1, 2], Phase::Sampling, 1, vec![]));
+    let Event::Snapshot(state) = snapshot(&[1], Phase::Sampling, 2, vec![]) else { unreachable!() };
+    session.absorb(Event::Snapshot(Arc::clone(&state)));
+    session.absorb(Event::Measuring(Arc::clone(&state)));
+    let effects = session.absorb(Event::Ended { who: Helper::Sampler, error: "it panicked".into() });
+    assert!(
+        matches!(effects[..], [Effect::Send(Command::SetParams(p)), Effect::Send(Command::SetPace(_))] if p == session.params)
+    );
+    let error = session.messages.open_error().expect("the window says so");
+    assert!(error.what.contains("has ended") && error.why == "it panicked", "{error:?}");
+    assert!(error.advice.contains("All states and settings are kept"), "{error:?}");
+    // Nothing waits for what will not come; the states are there.
+    assert!(session.activity == Activity::Idle && !session.is_measuring());
+    assert_eq!((session.timeline.states().len(), session.primitives().len()), (3, 1));
+    let effects = session.apply(Action::Verb(Verb::Run));
+    let [
+        Effect::Send(Command::Resume(from)),
+        Effect::Send(Command::SetParams(_)),
+        Effect::Send(Command::Run),
+    ] = &effects[..]
+    else {
+        panic!("{effects:?}")
+    };
+    assert!(Arc::ptr_eq(&from.snapshot, &state));
+    // Of the others nothing but their answers is missing.
+    session.absorb(Event::Ended { who: Helper::Measurer, error: "it panicked".into() });
+    assert_eq!(session.activity, Activity::Running);
+}
+
+/// Another shape than all before.
+fn open_another(session: &mut Session) -> Vec<Effect> {
+    let effects = session.apply(Action::OpenDropped(vec![PathBuf::from("other.obj")]));
+    session.absorb(Event::Activity(Activity::Loading));
+    session.absorb(Event::Loaded(loaded()));
+    session.absorb(snapshot(&[7], Phase::Start, 0, vec![]));
+    session.absorb(Event::Activity(Activity::Idle));
+    effects
+}
+
+#[test]
+fn another_shape_is_never_saved_or_exported_over_the_file_of_the_first() {
+    let mut session = session();
+    let file = PathBuf::from("first.superform");
+    let saved = KeepingEvent::Saved { path: file.clone(), workspace: Box::new(session.workspace()) };
+    session.absorb_keeping(saved);
+    session.apply(Action::Export(PathBuf::from("first.ply")));
+    session.absorb(Event::Activity(Activity::Idle));
+    assert_eq!(session.title().as_deref(), Some("first"));
+    assert!(session.is_enabled(Verb::ExportAgain));
+
+    open_another(&mut session);
+    assert_eq!((session.session_file(), session.title().as_deref()), (None, Some("nine")));
+    assert!(matches!(session.apply(Action::Verb(Verb::SaveSession))[..], [Effect::AskForSession]));
+    assert!(session.apply(Action::Verb(Verb::ExportAgain)).is_empty());
+    assert!(session.why_disabled(Verb::ExportAgain).is_some_and(|why| why.contains("this shape")));
+    // A save of the first that was under way is not one of the second.
+    let first = session.undo.done().last().expect("a dropped shape can be undone").document.clone();
+    let late = Workspace { document: first, ..session.workspace() };
+    session.absorb_keeping(KeepingEvent::Saved { path: file.clone(), workspace: Box::new(late) });
+    assert_eq!(session.session_file(), None);
+
+    // Back at the first, its file is the one to save to, and again not at the second.
+    session.apply(Action::Verb(Verb::Undo));
+    assert_eq!(session.session_file(), Some(file.as_path()));
+    assert!(session.is_enabled(Verb::ExportAgain) && !session.is_changed());
+    let effects = session.apply(Action::Verb(Verb::SaveSession));
+    assert!(matches!(&effects[..], [Effect::SaveSession(path)] if *path == file));
+    session.apply(Action::Verb(Verb::Redo));
+    assert_eq!(session.session_file(), None);
+
+    // What is recovered has no file of its own yet.
+    let workspace = Box::new(session.workspace());
+    let from = Opening::Recovered(1);
+    session.absorb_keeping(KeepingEvent::Opened { from, workspace, notes: vec![] });
+    assert!(session.session_file().is_none() && session.is_changed());
+}
+
+#[test]
+fn sampling_anew_is_of_the_shape_that_is_shown() {
+    let mut session = session();
+    open_another(&mut session);
+    session.apply(Action::Verb(Verb::Undo));
+    // The worker is still at the other shape.
+    let effects = session.apply(Action::Verb(Verb::Resample));
+    let [Effect::Send(Command::Resume(state)), .., Effect::Send(Command::Resample(_))] = &effects[..] else {
+        panic!("{effects:?}")
+    };
+    assert!(Arc::ptr_eq(&state.loaded, session.loaded.as_ref().expect("a shape")));
 }
 
 #[test]

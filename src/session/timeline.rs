@@ -72,10 +72,16 @@ impl PartialEq for Timeline {
 }
 
 impl Timeline {
-    /// What was kept in a file; `None` where an index points nowhere or a
-    /// branch has no state.
+    /// More branches than anybody makes.
+    const MOST: u32 = 1 << 30;
+
+    /// What was kept in a file; `None` where an index points nowhere, a branch
+    /// has no state or the id of another, or there are too many to count on.
     pub fn from_parts(branches: Vec<Branch>, current: usize, shown: usize, count: u32) -> Option<Self> {
-        let is_whole = branches.iter().all(|b| !b.states.is_empty() && b.id < count)
+        let ids: BTreeSet<u32> = branches.iter().map(|b| b.id).collect();
+        let is_whole = ids.len() == branches.len()
+            && count <= Self::MOST
+            && branches.iter().all(|b| !b.states.is_empty() && b.id < count)
             && match branches.get(current) {
                 Some(branch) => shown < branch.states.len(),
                 None => branches.is_empty(),

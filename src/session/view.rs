@@ -206,6 +206,7 @@ impl View {
         let (least, most) = Self::UNCERTAINTY_WINDOW;
         (Self::POINT_SIZE.0..=Self::POINT_SIZE.1).contains(&self.point_size)
             && (least..=most).contains(&self.uncertainty_window)
+            && !matches!(self.legend_top, Top::At(top) if !top.is_finite())
     }
 
     /// How the shape is shown as here, the window itself as in `other`.

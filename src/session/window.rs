@@ -74,9 +74,8 @@ pub struct Window {
     /// Where a file was opened or written last.
     pub open_folder: Option<PathBuf>,
     pub save_folder: Option<PathBuf>,
-    /// How something was exported last, and to which file in this window.
+    /// How something was exported last.
     pub export: ExportChoice,
-    pub exported: Option<PathBuf>,
     /// Names of the commands that were chosen from the list of all commands,
     /// newest first.
     pub commands: Vec<String>,
@@ -96,7 +95,6 @@ impl Default for Window {
             open_folder: None,
             save_folder: None,
             export: ExportChoice::default(),
-            exported: None,
             commands: Vec::new(),
         }
     }

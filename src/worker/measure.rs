@@ -2,14 +2,14 @@
 //! that no order and no step waits for it.
 
 use std::collections::VecDeque;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::mpsc::{Receiver, Sender, SyncSender, channel};
 use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
-use super::protocol::{Event, Measurement, Snapshot, State};
+use super::protocol::{Event, Helper, Measurement, Snapshot, State};
 use super::source;
+use super::trouble::caught;
 use super::{Told, Wake};
 use crate::geometry::Superquadric;
 use crate::geometry::metrics::{Metrics, Reference, estimate_chamfer, evaluate};
@@ -84,7 +84,11 @@ impl Measurer {
         let started = Pools::new().map_err(|e| e.to_string()).and_then(|pools| {
             std::thread::Builder::new()
                 .name("measurer".to_owned())
-                .spawn(move || work(&incoming, &pools, &events, &wake, &references))
+                .spawn(move || {
+                    again_after_faults(Helper::Measurer, &events, &wake, || {
+                        work(&incoming, &pools, &events, &wake, &references);
+                    });
+                })
                 .map_err(|e| e.to_string())
         });
         if let Err(error) = &started {
@@ -125,6 +129,18 @@ impl Pools {
             ThreadPoolBuilder::new().num_threads(threads).thread_name(move |i| format!("{name} {i}")).build()
         };
         Ok(Self { half: pool((cores / 2).max(1), "measurer")?, one: pool(1, "estimator")? })
+    }
+}
+
+/// Does the work of a thread, which ends when one of the two ends is gone. A
+/// fault that nothing else has caught is told, and the work begun again.
+pub(super) fn again_after_faults(who: Helper, events: &SyncSender<Told>, wake: &Weak<Wake>, work: impl Fn()) {
+    while let Err(error) = caught(&work) {
+        let Some(wake) = wake.upgrade() else { return };
+        if events.send((0, Event::Ended { who, error })).is_err() {
+            return;
+        }
+        wake();
     }
 }
 
@@ -201,7 +217,7 @@ pub(super) fn measured(
 }
 
 fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, String> {
-    catch_unwind(AssertUnwindSafe(work)).map_err(|_| {
+    caught(work).map_err(|_| {
         "the program made a mistake on measuring; please report this, with the shape and the parameters"
             .to_owned()
     })

@@ -5,8 +5,9 @@
 //! that travels with each command. The worker knows nothing of a window; it is
 //! handed a `wake` callback and calls it after every event.
 
+use std::collections::VecDeque;
 use std::sync::Arc;
-use std::sync::mpsc::{self, Receiver};
+use std::sync::mpsc::{self, Receiver, SyncSender};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
@@ -28,10 +29,11 @@ use engine::{Engine, Order};
 use machine::Machine;
 pub(crate) use outbox::Outbox;
 pub use protocol::{
-    Activity, Cause, Command, Event, ExportRequest, LoadedShape, Measurement, Pace, Renewed, SamplingOptions,
-    SeedNews, SeedRequest, SeedRun, Setup, Snapshot, Source, State,
+    Activity, Cause, Command, Event, ExportRequest, Helper, LoadedShape, Measurement, Pace, Renewed,
+    SamplingOptions, SeedNews, SeedRequest, SeedRun, Setup, Snapshot, Source, State,
 };
 pub use trouble::FAULT;
+pub(crate) use trouble::caught;
 
 /// Commands that may wait for a busy worker before they wait at the sender.
 const COMMAND_CAPACITY: usize = 64;
@@ -46,12 +48,15 @@ type Told = (u64, Event);
 type Wake = dyn Fn() + Send + Sync;
 
 /// The owner's end: send commands, take events. Dropping it cancels what is
-/// going on, stops the thread and waits for it.
-#[derive(Debug)]
+/// going on, stops the thread and waits for it. Should the thread end before, in
+/// a panic that nothing has caught, another takes its place: [`Event::Ended`].
 pub struct Worker {
     orders: Outbox<Order>,
     /// `None` only while dropping.
     events: Option<Receiver<Told>>,
+    /// What was found out here, and is told before what the thread tells.
+    early: VecDeque<Event>,
+    start: Box<Start>,
     /// Counts the states that were resumed: what is told of an earlier epoch's
     /// state came too late.
     epoch: u64,
@@ -62,6 +67,39 @@ pub struct Worker {
     /// interrupting one.
     cancel: Cancel,
     thread: Option<JoinHandle<()>>,
+}
+
+impl std::fmt::Debug for Worker {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        f.debug_struct("Worker").field("epoch", &self.epoch).field("thread", &self.thread).finish()
+    }
+}
+
+/// The two ends of a thread that was started, and the thread.
+type Started = (SyncSender<Order>, Receiver<Told>, JoinHandle<()>);
+type Start = dyn Fn() -> std::io::Result<Started> + Send;
+
+/// Starts a thread, which tells its end if that is a panic.
+fn start<M: Machine>(wake: Arc<Wake>) -> std::io::Result<Started> {
+    let (orders, incoming) = mpsc::sync_channel(COMMAND_CAPACITY);
+    let (outgoing, events) = mpsc::sync_channel(EVENT_CAPACITY);
+    let thread = std::thread::Builder::new().name("sampler".to_owned()).spawn(move || {
+        let (last, woken) = (outgoing.clone(), Arc::clone(&wake));
+        let run = || match threads() {
+            // The loop is one of the pool's threads: while it computes, all cores do.
+            Ok(pool) => pool.install(|| Engine::<M>::new(incoming, outgoing, wake).run()),
+            Err(error) => {
+                tracing::warn!("the sampler has no threads of its own: {error}");
+                Engine::<M>::new(incoming, outgoing, wake).run();
+            }
+        };
+        if let Err(error) = trouble::caught(run) {
+            // Fails only where the owner is gone.
+            let _ = last.send((u64::MAX, Event::Ended { who: Helper::Sampler, error }));
+            woken();
+        }
+    })?;
+    Ok((orders, events, thread))
 }
 
 impl Worker {
@@ -75,20 +113,14 @@ impl Worker {
     }
 
     fn spawn_machine<M: Machine>(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
-        let (orders, incoming) = mpsc::sync_channel(COMMAND_CAPACITY);
-        let (outgoing, events) = mpsc::sync_channel(EVENT_CAPACITY);
-        let thread =
-            std::thread::Builder::new().name("sampler".to_owned()).spawn(move || match threads() {
-                // The loop is one of the pool's threads: while it computes, all cores do.
-                Ok(pool) => pool.install(|| Engine::<M>::new(incoming, outgoing, Arc::new(wake)).run()),
-                Err(error) => {
-                    tracing::warn!("the sampler has no threads of its own: {error}");
-                    Engine::<M>::new(incoming, outgoing, Arc::new(wake)).run();
-                }
-            })?;
+        let wake: Arc<Wake> = Arc::new(wake);
+        let start: Box<Start> = Box::new(move || start::<M>(Arc::clone(&wake)));
+        let (orders, events, thread) = start()?;
         Ok(Self {
             orders: Outbox::new(orders),
             events: Some(events),
+            early: VecDeque::new(),
+            start,
             epoch: 0,
             asked: 0,
             cancel: Cancel::default(),
@@ -127,10 +159,12 @@ impl Worker {
 
     /// The events that have arrived, oldest first; never blocks. Whoever owns
     /// a worker calls this whenever `wake` was called.
-    pub fn try_events(&mut self) -> impl Iterator<Item = Event> + '_ {
+    pub fn try_events(&mut self) -> impl Iterator<Item = Event> + use<> {
         self.flush();
-        let (epoch, asked) = (self.epoch, self.asked);
-        self.events.iter().flat_map(Receiver::try_iter).filter_map(move |told| heard(told, epoch, asked))
+        let told: Vec<Told> = self.events.iter().flat_map(Receiver::try_iter).collect();
+        let mut events: Vec<Event> = self.early.drain(..).collect();
+        events.extend(told.into_iter().filter_map(|told| self.hear(told)));
+        events.into_iter()
     }
 
     /// Waits for the next event, at most `timeout`; `None` if there was none.
@@ -138,9 +172,12 @@ impl Worker {
         self.flush();
         let deadline = Instant::now() + timeout;
         loop {
+            if let Some(event) = self.early.pop_front() {
+                return Some(event);
+            }
             let left = deadline.saturating_duration_since(Instant::now());
             let told = self.events.as_ref()?.recv_timeout(left).ok()?;
-            if let Some(event) = heard(told, self.epoch, self.asked) {
+            if let Some(event) = self.hear(told) {
                 return Some(event);
             }
         }
@@ -148,21 +185,54 @@ impl Worker {
 
     fn flush(&mut self) {
         if !self.orders.flush() {
-            // The thread ends only with its owner; catch_unwind guards everything before.
-            tracing::error!("the worker's thread has ended; the command was dropped");
+            // The end of the thread may be on its way, with more to say.
+            let told: Vec<Told> = self.events.iter().flat_map(Receiver::try_iter).collect();
+            let heard: Vec<Event> = told.into_iter().filter_map(|told| self.hear(told)).collect();
+            if !heard.iter().any(|event| matches!(event, Event::Ended { who: Helper::Sampler, .. })) {
+                self.take_over();
+                let error = "its thread is gone".to_owned();
+                self.early.push_back(Event::Ended { who: Helper::Sampler, error });
+            }
+            self.early.extend(heard);
         }
     }
-}
 
-/// The event, unless it tells of a state that was given up since, or of an
-/// activity that an answer yet to come will correct: a run that ended while
-/// another shape was asked for would pass for the end of loading that.
-fn heard((of, event): Told, epoch: u64, asked: u64) -> Option<Event> {
-    let is_present = match event {
-        Event::Activity(_) => of >= asked,
-        _ => of >= epoch || !event.is_of_present(),
-    };
-    is_present.then_some(event)
+    /// The event, unless it tells of a state that was given up since, or of an
+    /// activity that an answer yet to come will correct: a run that ended while
+    /// another shape was asked for would pass for the end of loading that.
+    fn hear(&mut self, (of, event): Told) -> Option<Event> {
+        if matches!(event, Event::Ended { who: Helper::Sampler, .. }) {
+            self.take_over();
+        }
+        let is_present = match event {
+            Event::Activity(_) => of >= self.asked,
+            _ => of >= self.epoch || !event.is_of_present(),
+        };
+        is_present.then_some(event)
+    }
+
+    /// Puts another thread in the place of one that has ended. Orders that it
+    /// has not obeyed are dropped: they were about a state that is gone.
+    fn take_over(&mut self) {
+        self.cancel.request();
+        self.cancel = Cancel::default();
+        self.orders.waiting().clear();
+        // Nobody will answer what the thread was asked.
+        self.asked = 0;
+        match (self.start)() {
+            Ok((orders, events, thread)) => {
+                self.orders = Outbox::new(orders);
+                self.events = Some(events);
+                if let Some(ended) = self.thread.replace(thread)
+                    && ended.join().is_err()
+                {
+                    tracing::error!("the worker's thread ended in a panic");
+                }
+            }
+            // The next order tries again.
+            Err(error) => tracing::error!("no thread takes the place of the worker's: {error}"),
+        }
+    }
 }
 
 /// The threads that a run computes with. They are the worker's own, so that

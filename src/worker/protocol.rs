@@ -403,6 +403,24 @@ pub enum Event {
         what: String,
         error: String,
     },
+    /// A thread has ended in a fault that nothing had caught, and another has
+    /// taken its place: what was asked of it and not answered is not done. That
+    /// of the sampler has neither shape nor parameters yet.
+    Ended {
+        who: Helper,
+        error: String,
+    },
+}
+
+/// The threads of the worker.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Helper {
+    /// That makes the run, and all else that is ordered.
+    Sampler,
+    /// That measures states.
+    Measurer,
+    /// That makes runs with other seeds.
+    Seeds,
 }
 
 impl Event {
@@ -423,7 +441,8 @@ impl Event {
             | Self::Estimated { .. }
             | Self::Seeds { .. }
             | Self::Written { .. }
-            | Self::Failed { .. } => false,
+            | Self::Failed { .. }
+            | Self::Ended { .. } => false,
         }
     }
 }

@@ -8,8 +8,8 @@ use std::time::{Duration, Instant};
 use rayon::ThreadPool;
 
 use super::machine::Machine;
-use super::measure::{References, measured};
-use super::protocol::{Cause, Event, Measurement, SeedNews, SeedRequest, SeedRun, Snapshot, State};
+use super::measure::{References, again_after_faults, measured};
+use super::protocol::{Cause, Event, Helper, Measurement, SeedNews, SeedRequest, SeedRun, Snapshot, State};
 use super::trouble::{Stop, Trouble, guarded};
 use super::{Told, Wake};
 use crate::geometry::palette::Colors;
@@ -51,7 +51,10 @@ impl<M: Machine> SeedRunner<M> {
             .and_then(|pool| {
                 std::thread::Builder::new()
                     .name("seeds".to_owned())
-                    .spawn(move || Work { pool, events, wake, references }.run(&incoming))
+                    .spawn(move || {
+                        let work = Work { pool, events, wake, references };
+                        again_after_faults(Helper::Seeds, &work.events, &work.wake, || work.run(&incoming));
+                    })
                     .map_err(|e| e.to_string())
             });
         if let Err(error) = &started {

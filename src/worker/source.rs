@@ -7,42 +7,29 @@ use super::protocol::{ExportRequest, SamplingOptions, Source, State};
 use crate::geometry::SampleCloud;
 use crate::geometry::metrics::{MetricOptions, Reference};
 use crate::inference::Edit;
-use crate::io::{self, Outcome, Shape, StoredPrimitives};
+use crate::io::{self, OpenedResult, Outcome, Shape};
 
 /// What a file comes to.
-pub(super) struct Found {
-    pub(super) shape: Arc<Shape>,
-    /// The primitives, where the file holds such, and their notes.
-    pub(super) primitives: Option<Edit>,
+pub(super) enum Found {
+    Shape(Shape),
+    Result(Box<OpenedResult>),
 }
 
-/// Reads the shape, or the primitives with the shape that they stand for:
-/// `present`, where that is what they were made from.
-pub(super) fn read(source: &Source, present: Option<&Arc<Shape>>) -> Result<Found, String> {
-    let shape = match source {
-        Source::File(path) if io::holds_primitives(path) => {
-            let stored = io::read_primitives(path).map_err(|error| chain(&error))?;
-            let same = present.filter(|shape| stored.input.as_deref() == Some(shape.name.as_str()));
-            let shape = match same {
-                Some(shape) => Arc::clone(shape),
-                None => Arc::new(io::shape_of(&stored).map_err(|error| chain(&error))?),
-            };
-            return Ok(Found { shape, primitives: Some(take(&stored)) });
-        }
-        Source::File(path) => io::read(path),
-        Source::BuiltIn => io::built_in(),
-    };
-    let shape = shape.map(Arc::new).map_err(|error| chain(&error))?;
-    Ok(Found { shape, primitives: None })
+/// Reads the shape, or the primitives with the shape that they stand for.
+pub(super) fn read(source: &Source) -> Result<Found, String> {
+    match source {
+        Source::File(path) if io::holds_primitives(path) => io::read_primitives(path)
+            .and_then(|stored| io::open_result(stored, None))
+            .map(|result| Found::Result(Box::new(result))),
+        Source::File(path) => io::read(path).map(Found::Shape),
+        Source::BuiltIn => io::built_in().map(Found::Shape),
+    }
+    .map_err(|error| chain(&error))
 }
 
 /// The edit that takes the primitives of a file.
 pub(super) fn read_primitives(path: &Path) -> Result<Edit, String> {
-    io::read_primitives(path).map(|stored| take(&stored)).map_err(|error| chain(&error))
-}
-
-fn take(stored: &StoredPrimitives) -> Edit {
-    Edit::Take { primitives: stored.primitives.iter().map(|p| (p.id, p.shape)).collect() }
+    io::read_primitives(path).map(|stored| stored.brought_in()).map_err(|error| chain(&error))
 }
 
 /// Samples the shape.

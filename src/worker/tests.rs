@@ -13,6 +13,7 @@ use crate::inference::{
     Params, Phase, UNASSIGNED, checkpoint,
 };
 
+mod ending;
 mod renewing;
 
 /// Longer than anything here takes; reached only by a failing test.
@@ -20,6 +21,8 @@ const PATIENCE: Duration = Duration::from_secs(300);
 /// The seed tells the scripted machine how to behave.
 const WELL_BEHAVED: u64 = 1;
 const PANICS_AT_THIRD: u64 = 2;
+/// Panics where nothing catches it.
+const ENDS_AT_THIRD: u64 = 3;
 const STALLS_AT_THIRD: u64 = 10;
 /// As those that stall, until the gate is opened.
 const WAITS_AT_THIRD: u64 = 20;
@@ -57,6 +60,7 @@ impl Machine for Scripted {
         Ok(Self { points: cloud.points.len(), params, iteration, merges: next_id })
     }
     fn checkpoint(&self) -> Checkpoint {
+        assert!(self.params.seed != ENDS_AT_THIRD || self.iteration != 3, "nobody catches this");
         Checkpoint {
             params: self.params,
             phase: Phase::Sampling,

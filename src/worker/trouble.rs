@@ -37,12 +37,14 @@ pub const FAULT: &str = "The sampler stopped at an unexpected fault";
 
 /// Runs `work`, and turns a panic into trouble that can be reported.
 pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
-    catch_unwind(AssertUnwindSafe(work)).unwrap_or_else(|payload| {
-        let message = payload
-            .downcast_ref::<&str>()
-            .map(|text| (*text).to_owned())
-            .or_else(|| payload.downcast_ref::<String>().cloned())
-            .unwrap_or_else(|| "it gave no message".to_owned());
-        Err(Stop::trouble(FAULT, message))
+    caught(work).unwrap_or_else(|message| Err(Stop::trouble(FAULT, message)))
+}
+
+/// Runs `work`; what a panic in it says.
+pub(crate) fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(work)).map_err(|payload| {
+        let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
+        let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
+        text.unwrap_or_else(|| "it gave no message".to_owned())
     })
 }

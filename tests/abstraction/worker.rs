@@ -1,14 +1,15 @@
 //! The worker with the real sampler.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::Duration;
 
 use superform::geometry::metrics::{MetricOptions, evaluate};
-use superform::inference::{Method, Params, Phase};
+use superform::inference::{Method, Params, Phase, UNASSIGNED};
 use superform::io::{self, ExportOptions, Format};
 use superform::worker::{
-    Activity, Command, Event, ExportRequest, LoadedShape, SamplingOptions, Snapshot, Source, State, Worker,
+    Activity, Command, Event, ExportRequest, FAULT, LoadedShape, SamplingOptions, Snapshot, Source, State,
+    Worker,
 };
 
 /// Longer than anything here takes; reached only by a failing test.
@@ -148,6 +149,248 @@ fn a_result_is_opened_with_what_it_stands_for_and_goes_on() {
         let last = until_idle(&mut other).pop().unwrap();
         assert_eq!((last.abstraction.iteration, last.abstraction.phase), (2, Phase::Finished));
     }
+}
+
+/// Runs the program on a shape in a folder of its own: `NAME/shape/INPUT`, and
+/// its result in `NAME/out`.
+fn result(folder: &Path, name: &str, input: &str, content: &[u8]) -> PathBuf {
+    let place = folder.join(name);
+    std::fs::create_dir_all(place.join("shape")).unwrap();
+    let shape = Path::new("shape").join(input);
+    std::fs::write(place.join(&shape), content).unwrap();
+    let quick = ["--points", "500", "--iterations", "3", "--clusters", "6", "--seed", "5"];
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_superform"))
+        .args(["run", shape.to_str().unwrap(), "-o", "out", "--quiet"])
+        .args(quick)
+        .current_dir(&place)
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    place
+}
+
+/// A tube of points in two rows of different length, and one far away.
+fn tube() -> Vec<u8> {
+    let mut text = String::new();
+    for i in 0..2400 {
+        let (turn, z) = (f64::from(i % 60) * 0.104_719_755, f64::from(i / 60) * 0.05);
+        let radius = if i < 1000 { 1.0 } else { 0.4 };
+        text.push_str(&format!("{} {} {z}\n", radius * turn.cos(), radius * turn.sin()));
+    }
+    text.push_str("9 9 9\n");
+    text.into_bytes()
+}
+
+/// Labels of all points of the cloud, and the primitives, as they are in the files.
+fn written(place: &Path) -> (Vec<i64>, io::StoredPrimitives) {
+    let segmented = io::read(&place.join("out/segmented.ply")).unwrap();
+    (segmented.attributes.labels.unwrap(), io::read_primitives(&place.join("out")).unwrap())
+}
+
+fn labels_of(loaded: &LoadedShape, state: &Snapshot) -> Vec<i64> {
+    let labels = loaded.cloud.labels_of_input(&state.abstraction.labels, UNASSIGNED);
+    labels.into_iter().map(|label| if label == UNASSIGNED { -1 } else { i64::from(label) }).collect()
+}
+
+/// The last of the shape's notes.
+fn note(loaded: &LoadedShape) -> &str {
+    loaded.shape.notes.last().map_or("", String::as_str)
+}
+
+#[test]
+fn a_result_keeps_its_labels_and_noise_wherever_its_folder_goes() {
+    let folder = tempfile::tempdir().unwrap();
+    let chair = include_bytes!("../assets/chair.obj");
+    for (name, input, content) in [("cloud", "tube.xyz", &tube()[..]), ("mesh", "built-in chair", chair)] {
+        let place = result(folder.path(), name, input, content);
+        let moved = folder.path().join(format!("{name} moved"));
+        let (labels, stored) = written(&place);
+        assert!(labels.iter().any(|&l| l >= 0) && stored.primitives.len() > 1, "{name}");
+        for at in [&place, &moved] {
+            if at == &moved {
+                std::fs::rename(&place, &moved).unwrap();
+            }
+            let mut worker = Worker::spawn(|| {}).unwrap();
+            let (loaded, state) = opened(&mut worker, &at.join("out"));
+            assert_eq!(loaded.shape.path.as_ref().and_then(|p| p.file_name()), Some(input.as_ref()));
+            assert_eq!(labels_of(&loaded, &state), labels, "{name}");
+            // As they are in the file, to the last bit.
+            assert_eq!(&*state.abstraction.primitives, &*stored.primitives, "{name}");
+            // What is exported of it is what was opened.
+            let shown = State { loaded: Arc::clone(&loaded), snapshot: Arc::clone(&state) };
+            let again = folder.path().join("again.ply");
+            worker.send(export(&again, Format::CloudPly, &shown));
+            until_idle(&mut worker);
+            assert_eq!(std::fs::read(&again).unwrap(), std::fs::read(at.join("out/segmented.ply")).unwrap());
+            let same = folder.path().join("by export.ply");
+            let args =
+                [at.join("out"), "--output".into(), same.clone(), "--format".into(), "cloud-ply".into()];
+            let program = env!("CARGO_BIN_EXE_superform");
+            let output = std::process::Command::new(program).arg("export").args(args).output().unwrap();
+            assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+            assert_eq!(std::fs::read(&same).unwrap(), std::fs::read(&again).unwrap());
+            // And it goes on.
+            worker.send(Command::Extend(1));
+            let more = until_idle(&mut worker).pop().unwrap();
+            assert_eq!(more.abstraction.phase, Phase::Finished);
+        }
+    }
+}
+
+#[test]
+fn a_shape_that_has_changed_or_gone_is_not_taken_and_said_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = result(folder.path(), "cloud", "tube.xyz", &tube());
+    let (labels, stored) = written(&place);
+    let shape = place.join("shape/tube.xyz");
+    let mut worker = Worker::spawn(|| {}).unwrap();
+    // Another file under the same name, of the same size and number of points; then none.
+    let other = String::from_utf8(tube()).unwrap().replacen("9 9 9", "9 9 8", 1);
+    std::fs::write(&shape, other).unwrap();
+    for words in
+        [["tube.xyz has another content", "segmented cloud"], ["it is not at", "bring the primitives in"]]
+    {
+        let (loaded, state) = opened(&mut worker, &place.join("out"));
+        assert_eq!(loaded.shape.path, None);
+        assert!(words.iter().all(|word| note(&loaded).contains(word)), "{}", note(&loaded));
+        assert_eq!(labels_of(&loaded, &state), labels, "the labels are in the segmented cloud");
+        assert_eq!(&*state.abstraction.primitives, &*stored.primitives);
+        if shape.exists() {
+            std::fs::remove_file(&shape).unwrap();
+        }
+    }
+    // Without that cloud, the primitives alone; a file of that name beside them is no proof.
+    std::fs::remove_file(place.join("out/segmented.ply")).unwrap();
+    std::fs::write(place.join("out/tube.xyz"), "0 0 0\n1 0 0\n0 1 0\n0 0 1\n").unwrap();
+    let (loaded, state) = opened(&mut worker, &place.join("out"));
+    assert!(note(&loaded).contains("the surfaces of the primitives"), "{}", note(&loaded));
+    assert_eq!(state.abstraction.primitives.len(), stored.primitives.len());
+    // The report of another run says nothing of this one.
+    std::fs::write(&shape, tube()).unwrap();
+    let report = place.join("out/report.json");
+    let text = std::fs::read_to_string(&report).unwrap();
+    std::fs::write(&report, text.replacen("\"seed\": 5", "\"seed\": 6", 2)).unwrap();
+    let (loaded, _) = opened(&mut worker, &place.join("out"));
+    assert!(note(&loaded).contains("report.json beside them is of another run"), "{}", note(&loaded));
+}
+
+#[test]
+fn the_built_in_shape_is_known_by_its_own_field_and_old_reports_open() {
+    let folder = tempfile::tempdir().unwrap();
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_superform"))
+        .args(["-o", "out", "--points", "500", "--iterations", "2", "--clusters", "6", "--quiet"])
+        .current_dir(folder.path())
+        .output()
+        .unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let report = folder.path().join("out/report.json");
+    let change = |report: &Path, change: &dyn Fn(&mut serde_json::Value)| {
+        let mut json: serde_json::Value = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();
+        change(&mut json["input"]);
+        std::fs::write(report, json.to_string()).unwrap();
+    };
+    change(&report, &|input| {
+        assert_eq!((&input["built_in"], &input["path"]), (&true.into(), &serde_json::Value::Null));
+    });
+    let (labels, _) = written(folder.path());
+    let mut worker = Worker::spawn(|| {}).unwrap();
+    for _ in 0..2 {
+        let (loaded, state) = opened(&mut worker, &folder.path().join("out"));
+        assert_eq!(loaded.shape.content, Some(io::Content::BuiltIn));
+        assert_eq!(labels_of(&loaded, &state), labels);
+        // As early versions wrote it.
+        change(
+            &report,
+            &|input| *input = serde_json::json!({ "name": "built-in chair", "path": null, "kind": input["kind"], "points": input["points"], "faces": input["faces"] }),
+        );
+    }
+    // The name says nothing without the report.
+    std::fs::remove_file(&report).unwrap();
+    let (loaded, _) = opened(&mut worker, &folder.path().join("out"));
+    assert_ne!(loaded.shape.content, Some(io::Content::BuiltIn));
+
+    let place = result(folder.path(), "old", "tube.xyz", &tube());
+    let (report, shape) = (place.join("out/report.json"), place.join("shape/tube.xyz"));
+    change(&report, &|input| {
+        assert_eq!(input["relative_path"], "../shape/tube.xyz");
+        assert_eq!(input["bytes"], tube().len());
+        assert_eq!(input["crc32"], format!("{:08x}", crc32fast::hash(&tube())));
+        *input = serde_json::json!({ "name": "tube.xyz", "path": shape, "kind": "cloud", "points": 2401, "faces": 0 });
+    });
+    let (loaded, _) = opened(&mut worker, &place.join("out"));
+    assert_eq!(loaded.shape.path.as_ref(), Some(&shape));
+    change(&report, &|input| input["path"] = "elsewhere/tube.xyz".into());
+    let (loaded, _) = opened(&mut worker, &place.join("out"));
+    assert!(note(&loaded).contains("nor at elsewhere/tube.xyz"), "{}", note(&loaded));
+}
+
+/// Numbers and lists in JSON, by their pointers.
+fn places(value: &serde_json::Value, at: &str, found: &mut Vec<String>) {
+    match value {
+        serde_json::Value::Number(_) => found.push(at.to_owned()),
+        serde_json::Value::Array(list) => {
+            found.push(at.to_owned());
+            let ends = [0, list.len().saturating_sub(1)];
+            list.iter()
+                .enumerate()
+                .filter(|(i, _)| ends.contains(i))
+                .for_each(|(i, v)| places(v, &format!("{at}/{i}"), found));
+        }
+        serde_json::Value::Object(map) => {
+            map.iter().for_each(|(k, v)| places(v, &format!("{at}/{k}"), found))
+        }
+        _ => {}
+    }
+}
+
+#[test]
+fn numbers_in_a_result_that_cant_be_bring_nothing_down() {
+    let folder = tempfile::tempdir().unwrap();
+    let place = result(folder.path(), "cloud", "tube.xyz", &tube());
+    let mut worker = Worker::spawn(|| {}).unwrap();
+    let sampling = SamplingOptions { points: 500, ..SamplingOptions::default() };
+    let mut opened = 0;
+    for name in ["primitives.json", "report.json"] {
+        let path = place.join("out").join(name);
+        let whole = std::fs::read_to_string(&path).unwrap();
+        let json: serde_json::Value = serde_json::from_str(&whole).unwrap();
+        let mut found = Vec::new();
+        places(&json, "", &mut found);
+        assert!(found.len() > 20, "{found:?}");
+        for at in found {
+            for other in [
+                "0",
+                "-1",
+                "18446744073709551615",
+                "4294967295",
+                "1e308",
+                "-1e308",
+                "1e999",
+                "[]",
+                "[1]",
+                "null",
+            ] {
+                const MARK: &str = "here it is";
+                let mut changed = json.clone();
+                *changed.pointer_mut(&at).unwrap() = MARK.into();
+                std::fs::write(&path, changed.to_string().replace(&format!("\"{MARK}\""), other)).unwrap();
+                worker.send(Command::Load { source: Source::File(place.join("out")), sampling });
+                loop {
+                    match worker.next_event(PATIENCE).expect("the worker has fallen silent") {
+                        Event::Failed { what, error } => {
+                            assert_ne!(what, FAULT, "{name}{at} = {other}: {error}")
+                        }
+                        Event::Ended { error, .. } => panic!("{name}{at} = {other}: {error}"),
+                        Event::Snapshot(_) => opened += 1,
+                        Event::Activity(Activity::Idle) => break,
+                        _ => {}
+                    }
+                }
+            }
+        }
+        std::fs::write(&path, whole).unwrap();
+    }
+    assert!(opened > 50, "only {opened} could be opened");
 }
 
 #[test]

@@ -172,6 +172,7 @@ fn cloud_case() -> Case {
     let shape_of = Shape {
         name: "café.ply".to_owned(),
         path: None,
+        content: None,
         geometry: ShapeGeometry::Cloud(PointCloud { points }),
         attributes,
         notes: Vec::new(),

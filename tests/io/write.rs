@@ -176,6 +176,7 @@ fn the_report_tells_how_the_run_went() {
         clusters: vec![5, 3, 2],
         merges: vec![MergeReport { merged: (4, 9), into: 4, reason: "it fits".to_owned() }],
         times: PhaseTimes { read: std::time::Duration::from_millis(1500), ..Default::default() },
+        home: None,
     };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("report.json");

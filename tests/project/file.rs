@@ -8,10 +8,16 @@ use std::sync::Arc;
 
 use crate::material::{Material, assert_same, assert_same_document, bytes, empty_document, workspace};
 use proptest::prelude::*;
-use superform::inference::{Algorithm, Cancel, Run};
+use rayon::prelude::*;
+use superform::geometry::SamplingOptions;
+use superform::inference::{Algorithm, Cancel, Params, Run};
 use superform::io;
 use superform::project::{self, OpenError, Opened};
+use superform::session::keeping::{KeepingEvent, Opening};
+use superform::session::timeline::{Origin, Timeline};
 use superform::session::workspace::Workspace;
+use superform::session::{Action, Session, Verb};
+use superform::worker::{Activity, Command, Event, Snapshot, Worker};
 use tempfile::TempDir;
 
 /// Opens these bytes as a file.
@@ -290,6 +296,238 @@ proptest! {
         content.truncate(cut);
         content.extend(tail);
         let _ = open(&content);
+    }
+}
+
+/// A place in MessagePack: a value with all that it holds.
+#[derive(Debug, Clone)]
+struct Place {
+    at: std::ops::Range<usize>,
+    is_list: bool,
+}
+
+/// Walks the value at `at`; all numbers, arrays and byte strings in it go to
+/// `places`, of an array's elements the first and the last. Where it ends.
+fn walk(bytes: &[u8], at: usize, places: &mut Vec<Place>) -> usize {
+    let big = |from: usize, count: usize| {
+        bytes[from..from + count].iter().fold(0usize, |n, b| n << 8 | *b as usize)
+    };
+    let (kind, is_map, count, mut next) = match bytes[at] {
+        0x80..=0x8f => ('n', true, usize::from(bytes[at] & 15), at + 1),
+        0xde => ('n', true, big(at + 1, 2), at + 3),
+        0xdf => ('n', true, big(at + 1, 4), at + 5),
+        0x90..=0x9f => ('n', false, usize::from(bytes[at] & 15), at + 1),
+        0xdc => ('n', false, big(at + 1, 2), at + 3),
+        0xdd => ('n', false, big(at + 1, 4), at + 5),
+        0xa0..=0xbf => ('s', false, 0, at + 1 + usize::from(bytes[at] & 31)),
+        0xd9 => ('s', false, 0, at + 2 + big(at + 1, 1)),
+        0xda => ('s', false, 0, at + 3 + big(at + 1, 2)),
+        0xdb => ('s', false, 0, at + 5 + big(at + 1, 4)),
+        0xc4 => ('b', false, 0, at + 2 + big(at + 1, 1)),
+        0xc5 => ('b', false, 0, at + 3 + big(at + 1, 2)),
+        0xc6 => ('b', false, 0, at + 5 + big(at + 1, 4)),
+        0xc0 | 0xc2 | 0xc3 => ('s', false, 0, at + 1),
+        0x00..=0x7f | 0xe0..=0xff => ('#', false, 0, at + 1),
+        0xcc | 0xd0 => ('#', false, 0, at + 2),
+        0xcd | 0xd1 => ('#', false, 0, at + 3),
+        0xca | 0xce | 0xd2 => ('#', false, 0, at + 5),
+        0xcb | 0xcf | 0xd3 => ('#', false, 0, at + 9),
+        other => panic!("{other:#x} is nothing that is written"),
+    };
+    for i in 0..count {
+        if is_map {
+            next = walk(bytes, next, &mut Vec::new());
+        }
+        let mut inner = Vec::new();
+        next = walk(bytes, next, &mut inner);
+        if is_map || i == 0 || i + 1 == count {
+            places.extend(inner);
+        }
+    }
+    if kind == '#' || kind == 'b' || (kind == 'n' && !is_map) {
+        places.push(Place { at: at..next, is_list: kind != '#' });
+    }
+    next
+}
+
+/// A session as its records, unpacked.
+fn unpacked(file: &[u8]) -> Vec<(u8, Vec<u8>)> {
+    use std::io::Read;
+    let eight = |at: usize| u64::from_le_bytes(file[at..at + 8].try_into().unwrap()) as usize;
+    let mut records = Vec::new();
+    let mut at = 32;
+    while at < file.len() {
+        let stored = &file[at + 24..at + 24 + eight(at + 4)];
+        let mut content = Vec::new();
+        match file[at + 1] {
+            0 => content.extend(stored),
+            _ => drop(flate2::read::DeflateDecoder::new(stored).read_to_end(&mut content).unwrap()),
+        }
+        records.push((file[at], content));
+        at += 24 + stored.len();
+    }
+    records
+}
+
+fn packed(records: &[(u8, Vec<u8>)]) -> Vec<u8> {
+    let records = records.iter().map(|(kind, content)| {
+        let length = content.len() as u64;
+        record(*kind, 0, length, length, content)
+    });
+    std::iter::once(header(1, b"0.1.0\0\0\0\0\0\0\0")).chain(records).flatten().collect()
+}
+
+/// What a person may do with a session that has just been opened.
+fn use_it(Opened { workspace, notes }: Opened) -> Session {
+    let mut session = Session::new(Params::default(), SamplingOptions::default());
+    let from = Opening::File("a.superform".into());
+    session.absorb_keeping(KeepingEvent::Opened { from, workspace: Box::new(workspace), notes });
+    let steps = session.undo.done().len() + session.undo.undone().len();
+    for _ in 0..=steps {
+        session.apply(Action::Verb(Verb::Undo));
+        session.background();
+    }
+    for _ in 0..=steps {
+        session.apply(Action::Verb(Verb::Redo));
+    }
+    let branches: Vec<u32> = session.timeline.branches().iter().map(|b| b.id).collect();
+    for id in branches {
+        session.apply(Action::SwitchBranch(id));
+        for index in 0..session.timeline.states().len() {
+            session.apply(Action::ShowState(index));
+        }
+        session.apply(Action::Verb(Verb::FirstState));
+        session.apply(Action::Verb(Verb::Play));
+        session.apply(Action::PlayOn(0.7));
+        session.apply(Action::PlayOn(f64::MAX));
+    }
+    session.apply(Action::Verb(Verb::FrameAll));
+    session.apply(Action::Verb(Verb::ContinueHere));
+    assert!(!bytes(&session.workspace()).is_empty());
+    session
+}
+
+/// Every number of a session replaced by those that overflow, and every array by
+/// none and by a longer one: an error of the file, or a session that can be used.
+#[test]
+fn numbers_that_overflow_are_an_error_of_the_file() {
+    let float = |value: f64| [&[0xcb][..], &value.to_be_bytes()].concat();
+    let whole = |value: u64| [&[0xcf][..], &value.to_be_bytes()].concat();
+    let numbers = [
+        vec![0x00],
+        vec![0xff],
+        whole(u64::MAX),
+        whole(u64::from(u32::MAX)),
+        whole(1 << 53),
+        vec![0xd3, 0x80, 0, 0, 0, 0, 0, 0, 0],
+        float(f64::NAN),
+        float(f64::INFINITY),
+        float(f64::NEG_INFINITY),
+        float(1e308),
+        float(-1e308),
+    ];
+    let first = fs::read(Path::new(env!("CARGO_MANIFEST_DIR")).join(FIRST_FORMAT)).unwrap();
+    let material = Material::new(2, false, Algorithm::Sampler, 2);
+    let fresh = bytes(&workspace(material.branched(&[2, 1]), &[material.document(1)], &[]));
+    let ems = Material::new(1, true, Algorithm::Ems, 2);
+    let mut opened = Vec::new();
+    let mut refused = 0;
+    for file in [first, fresh, bytes(&workspace(ems.document(2), &[], &[]))] {
+        let records = unpacked(&file);
+        assert!(open(&packed(&records)).is_ok_and(|o| o.notes.is_empty()), "nothing was changed yet");
+        let mut cases = Vec::new();
+        for (number, (_, content)) in records.iter().enumerate() {
+            let mut places = Vec::new();
+            assert_eq!(walk(content, 0, &mut places), content.len());
+            for Place { at, is_list } in places {
+                let longer =
+                    |marker: u8, count: u8| [&[marker, count][..], &vec![1; usize::from(count)]].concat();
+                let others = match (is_list, content[at.start]) {
+                    (false, _) => numbers.to_vec(),
+                    (true, 0xc4..=0xc6) => {
+                        vec![vec![0xc4, 0], longer(0xc4, 24), longer(0xc4, 240), longer(0xc4, 7)]
+                    }
+                    (true, _) => vec![vec![0x90], vec![0x91, 1], [&[0xdc, 0, 70][..], &[1; 70]].concat()],
+                };
+                cases.extend(others.into_iter().map(|other| (number, at.clone(), other)));
+            }
+        }
+        assert!(cases.len() > 500, "{} cases", cases.len());
+        let outcomes: Vec<Option<Session>> = cases
+            .par_iter()
+            .map(|(number, at, other)| {
+                let mut changed = records.clone();
+                changed[*number].1.splice(at.clone(), other.iter().copied());
+                match open(&packed(&changed)) {
+                    Ok(opened) => Some(use_it(opened)),
+                    Err(OpenError::Damaged { problem, .. }) => {
+                        assert!(!problem.is_empty());
+                        None
+                    }
+                    Err(other) => panic!("{other}"),
+                }
+            })
+            .collect();
+        refused += outcomes.iter().filter(|o| o.is_none()).count();
+        opened.extend(outcomes.into_iter().flatten());
+    }
+    assert!(refused > 1000 && opened.len() > 100, "{refused} were refused, {} opened", opened.len());
+    // Of those that could be opened, runs go on: of each different state once.
+    let mut worker = Worker::spawn(|| {}).unwrap();
+    let mut seen = Vec::new();
+    for session in opened {
+        let Some(state) = session.shown_state() else { continue };
+        let facts = (state.snapshot.checkpoint.clone(), state.snapshot.elapsed, state.snapshot.run);
+        if seen.contains(&facts) {
+            continue;
+        }
+        seen.push(facts);
+        worker.send(Command::Resume(state));
+        worker.send(Command::StepIteration);
+        loop {
+            match worker.next_event(std::time::Duration::from_secs(60)).expect("the worker has fallen silent")
+            {
+                Event::Ended { error, .. } => panic!("a thread has ended: {error}"),
+                Event::Failed { what, error } => assert_ne!(what, superform::worker::FAULT, "{error}"),
+                Event::Activity(Activity::Running) => {}
+                Event::Activity(Activity::Idle) => break,
+                _ => {}
+            }
+        }
+    }
+    assert!(seen.len() > 5, "only {} states were gone on from", seen.len());
+}
+
+#[test]
+fn durations_counters_and_branches_that_cant_be_are_named() {
+    let material = Material::new(1, true, Algorithm::Sampler, 2);
+    let problem = |change: &dyn Fn(&mut Snapshot)| {
+        let mut state = (*material.states[1]).clone();
+        change(&mut state);
+        let states = vec![Arc::clone(&material.states[0]), Arc::new(state)];
+        let workspace = workspace(Material { states, ..material.clone() }.document(2), &[], &[]);
+        open(&bytes(&workspace)).map(drop).map_err(|e| e.to_string())
+    };
+    assert_eq!(problem(&|_| ()), Ok(()));
+    let cases: [(&dyn Fn(&mut Snapshot), &str); 5] = [
+        (&|s| s.elapsed = std::time::Duration::MAX, "a duration that is out of its limits"),
+        (&|s| s.run = u64::MAX, "a counter"),
+        (&|s| s.generation = u64::MAX - 7, "a counter"),
+        (&|s| s.abstraction.figures.mean_distance = f64::NAN, "a figure"),
+        (&|s| s.abstraction.iteration = u32::MAX, "a counter"),
+    ];
+    for (change, word) in cases {
+        let text = problem(change).unwrap_err();
+        assert!(text.contains("a.superform is damaged at byte") && text.contains(word), "{text}");
+    }
+    // Branches that leave each other would be followed for ever.
+    let mut document = material.branched(&[2, 2]);
+    let mut branches = document.timeline.branches().to_vec();
+    for (branch, index) in [(1, 0), (0, 7)] {
+        branches[1].origin = Some(Origin { branch, index });
+        document.timeline = Timeline::from_parts(branches.clone(), 0, 0, 2).unwrap();
+        let text = open(&bytes(&workspace(document.clone(), &[], &[]))).unwrap_err().to_string();
+        assert!(text.contains("leaves a branch at a state that is not there"), "{text}");
     }
 }
 

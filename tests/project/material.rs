@@ -72,6 +72,7 @@ impl Material {
         let shape = Shape {
             name: if is_mesh { "box.obj".to_owned() } else { "pipe.xyz".to_owned() },
             path: is_mesh.then(|| "shapes/box.obj".into()),
+            content: None,
             geometry,
             attributes,
             notes: vec!["left out 1 face without an area".to_owned()],

@@ -170,7 +170,7 @@ fn a_file_is_replaced_only_when_that_is_confirmed() {
     };
     let until_saved = |driver: &mut Driver, path: &std::path::Path| {
         let ctx = driver.harness.ctx.clone();
-        while driver.session().keeping.path() != Some(path) {
+        while driver.session().session_file() != Some(path) {
             let app = driver.harness.state_mut();
             assert!(app.wait_for_keeper(&ctx, PATIENCE), "the keeper is silent");
         }

@@ -57,7 +57,7 @@ fn a_session_is_saved_opened_and_everything_is_back() {
     // The ending is added.
     driver.type_path(folder.path().join("mine").to_str().unwrap());
     driver.press("Save");
-    until_kept(&mut driver, |s| s.keeping.path().is_some());
+    until_kept(&mut driver, |s| s.session_file().is_some());
     assert!(path.is_file() && !has_mark(&driver));
     assert_eq!(driver.harness.state().title(), "mine – Superform");
     let before = driver.session().workspace();
@@ -92,6 +92,38 @@ fn a_session_is_saved_opened_and_everything_is_back() {
     driver.settle();
     assert_eq!(driver.session().primitives().len(), primitives - 1);
     assert!(has_mark(&driver));
+}
+
+#[test]
+fn another_shape_is_not_saved_over_the_session_of_the_first() {
+    let folder = tempfile::tempdir().unwrap();
+    let [first, second] = ["first.superform", "second.superform"].map(|name| folder.path().join(name));
+    let other = file(&folder, "other.obj", include_str!("../assets/chair.obj"));
+    let save = |driver: &mut Driver, path: &Path| {
+        driver.key(Modifiers::COMMAND, Key::S);
+        driver.type_path(path.to_str().unwrap());
+        driver.press("Save");
+        until_kept(driver, |s| s.session_file() == Some(path));
+    };
+    let mut driver = Driver::finished();
+    save(&mut driver, &first);
+    let saved = std::fs::read(&first).unwrap();
+    assert_eq!(driver.harness.state().title(), "first – Superform");
+
+    driver.key(Modifiers::COMMAND, Key::O);
+    driver.type_path(other.to_str().unwrap());
+    driver.press("Open");
+    driver.settle();
+    assert_eq!(driver.harness.state().title(), "• other.obj – Superform");
+    // It asks for a path, and the first file stays as it was.
+    save(&mut driver, &second);
+    assert_eq!(driver.harness.state().title(), "second – Superform");
+    assert_eq!(std::fs::read(&first).unwrap(), saved);
+    assert_ne!(std::fs::read(&second).unwrap(), saved);
+    // Nor is the first shape saved over the second.
+    driver.key(Modifiers::COMMAND, Key::Z);
+    driver.settle();
+    assert_eq!(driver.session().session_file(), None);
 }
 
 #[test]
@@ -163,7 +195,7 @@ fn unsaved_work_is_asked_about_where_nothing_keeps_it() {
     driver.press("Save");
     driver.type_path(folder.path().join("kept.superform").to_str().unwrap());
     driver.press("Save");
-    until_kept(&mut driver, |s| s.keeping.path().is_some());
+    until_kept(&mut driver, |s| s.session_file().is_some());
     assert!(driver.session().keeping.parting().is_none(), "it went on to quit");
     assert!(folder.path().join("kept.superform").is_file());
 }

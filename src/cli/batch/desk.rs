@@ -178,6 +178,11 @@ impl Desk {
         Ok(folder)
     }
 
+    /// The folder of a finished job.
+    pub(super) fn target(&self, name: &str) -> PathBuf {
+        self.output.join(name)
+    }
+
     /// Moves the files of a job from where they were made to the folder of its
     /// name, with the record that makes it finished. A folder that is there
     /// keeps what is not ours.
@@ -188,7 +193,7 @@ impl Desk {
         fingerprint: String,
         row: &Row,
     ) -> anyhow::Result<()> {
-        let target = self.output.join(&row.name);
+        let target = self.target(&row.name);
         if target.exists() && !target.is_dir() {
             bail!(
                 "the file {} is in the way of the results; move it, or choose another folder",

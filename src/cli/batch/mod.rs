@@ -285,7 +285,7 @@ fn one(job: &Job, exports: &[String], desk: &Desk, cancel: &Cancel, line: &Line)
         })?;
     let content = content.with_context(|| format!("can't read {}", job.input.display()))?;
     let made_from = fingerprint::of_job(&content, &job.sampling, &job.params, exports)?;
-    let written = finished.write(&place, exports)?;
+    let written = finished.write(&place, &desk.target(&job.name), exports)?;
     let row = Row::ok(job, &finished, &written.notes, start.elapsed().as_secs_f64());
     desk.publish(&place, &written.files, made_from, &row)?;
     Ok(row)

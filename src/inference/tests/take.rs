@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::super::abstraction::{Abstraction, Occurrence, Phase, UNASSIGNED};
+use super::super::abstraction::{Abstraction, Occurrence, Phase, Primitive, UNASSIGNED};
 use super::super::edit::Edit;
 use super::super::run::Run;
 use super::super::sampler::Cancel;
@@ -23,8 +23,39 @@ fn listed(a: &Abstraction) -> Vec<(u32, Superquadric)> {
     a.primitives.iter().map(|p| (p.id, p.shape)).collect()
 }
 
-fn take(run: &mut Run, primitives: Vec<(u32, Superquadric)>) -> Result<Vec<Occurrence>, String> {
-    run.edit(&Edit::Take { primitives }, &Cancel::default()).map_err(|e| e.to_string())
+fn take(run: &mut Run, shapes: Vec<(u32, Superquadric)>) -> Result<Vec<Occurrence>, String> {
+    let primitive =
+        |(id, shape)| Primitive { id, shape, sigma: 0.0, points: 0, mean_distance: 0.0, locked: false };
+    take_all(run, shapes.into_iter().map(primitive).collect(), Vec::new())
+}
+
+fn take_all(run: &mut Run, primitives: Vec<Primitive>, labels: Vec<u32>) -> Result<Vec<Occurrence>, String> {
+    run.edit(&Edit::Take { primitives, labels }, &Cancel::default()).map_err(|e| e.to_string())
+}
+
+#[test]
+fn labels_and_noise_that_are_known_are_kept() {
+    let result = run(1, 4).abstraction();
+    let mut second = run(2, 3);
+    let mut primitives = result.primitives.to_vec();
+    primitives[0].sigma = 0.0;
+    take_all(&mut second, primitives.clone(), result.labels.to_vec()).unwrap();
+    let taken = second.abstraction();
+    check(&taken, result.labels.len());
+    assert_eq!(taken.labels, result.labels);
+    for (given, found) in primitives.iter().zip(taken.primitives.iter()) {
+        assert_eq!(given.points, found.points);
+        let kept = (given.sigma - found.sigma).abs() <= 1e-12 * given.sigma;
+        assert_eq!(kept, given.sigma > 0.0, "what is not known is drawn: {found:?}");
+    }
+    assert!(taken.primitives[0].sigma > 0.0);
+    // It goes on from there, and labels of another cloud are refused.
+    second.resample(2).unwrap();
+    second.step(&Cancel::default()).unwrap();
+    let error = take_all(&mut second, primitives.clone(), vec![0; 3]).unwrap_err();
+    assert!(error.contains("labels for 3 samples, but the cloud has 600"), "{error}");
+    primitives[1].sigma = 1e300;
+    assert!(take_all(&mut second, primitives, Vec::new()).unwrap_err().contains("σ of primitive"));
 }
 
 #[test]

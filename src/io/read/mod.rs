@@ -20,11 +20,11 @@ mod xyz;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::{ReadError, Shape};
+use super::{Content, ReadError, Shape};
 use detect::Format;
 
 pub(crate) use gltf::percent_decoded;
-pub use results::{holds_primitives, shape_of};
+pub use results::{FoundAs, LabelledPoints, OpenedResult, holds_primitives, open_result};
 
 /// Largest file that is read, in bytes.
 const LARGEST: u64 = 8 << 30;
@@ -49,7 +49,7 @@ fn most_unpacked(packed: usize) -> u64 {
 pub fn read(path: &Path) -> Result<Shape, ReadError> {
     let bytes = content(path)?;
     let shape = parsed(&bytes, path, Some(path.parent().unwrap_or(Path::new(""))))?;
-    Ok(Shape { path: Some(path.to_owned()), ..shape })
+    Ok(Shape { path: Some(path.to_owned()), content: Some(Content::of(&bytes)), ..shape })
 }
 
 /// Reads a shape from the content of a file that has this name; see [`read`].
@@ -138,5 +138,6 @@ pub fn built_in() -> Result<Shape, ReadError> {
     const CHAIR: &str = include_str!("../../../assets/chair.obj");
     obj::parse(CHAIR)
         .and_then(|raw| raw.checked("built-in chair".to_owned()))
+        .map(|shape| Shape { content: Some(Content::BuiltIn), ..shape })
         .map_err(|fault| fault.in_file(PathBuf::from("the built-in chair")))
 }

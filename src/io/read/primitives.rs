@@ -13,7 +13,7 @@ use nalgebra::{Matrix3, Rotation3};
 use super::text;
 use crate::geometry::Superquadric;
 use crate::geometry::palette::Colors;
-use crate::inference::{Params, Primitive};
+use crate::inference::{Edit, Params, Primitive};
 use crate::io::error::{Fault, ReadError};
 use crate::io::write::{PRIMITIVES_FILE, PrimitiveSet};
 
@@ -54,6 +54,13 @@ impl StoredPrimitives {
 
     pub fn shapes(&self) -> Vec<Superquadric> {
         self.primitives.iter().map(|p| p.shape).collect()
+    }
+
+    /// The change that brings the primitives to another cloud: what they came to
+    /// on their own says nothing there.
+    pub fn brought_in(&self) -> Edit {
+        let primitives = self.primitives.iter().map(|p| Primitive { sigma: 0.0, ..p.clone() });
+        Edit::Take { primitives: primitives.collect(), labels: Vec::new() }
     }
 
     /// The primitives as they can be written.

@@ -70,7 +70,14 @@ impl Raw {
         }
         let (mesh, kept) = compact(&mesh.vertices, faces);
         let attributes = self.attributes.of(&kept);
-        Ok(Shape { name, path: None, geometry: ShapeGeometry::Mesh(mesh), attributes, notes: self.notes })
+        Ok(Shape {
+            name,
+            path: None,
+            content: None,
+            geometry: ShapeGeometry::Mesh(mesh),
+            attributes,
+            notes: self.notes,
+        })
     }
 
     fn into_cloud(mut self, name: String) -> Result<Shape, Fault> {
@@ -84,7 +91,14 @@ impl Raw {
                 .push(format!("{points} a coordinate that is not a finite number and will get no label"));
         }
         let geometry = ShapeGeometry::Cloud(PointCloud { points: self.points });
-        Ok(Shape { name, path: None, geometry, attributes: self.attributes, notes: self.notes })
+        Ok(Shape {
+            name,
+            path: None,
+            content: None,
+            geometry,
+            attributes: self.attributes,
+            notes: self.notes,
+        })
     }
 }
 

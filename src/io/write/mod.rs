@@ -110,7 +110,7 @@ pub fn write_run(
     writing.files.folder(folder)?;
     writing.files.stage(&folder.join(SEGMENTED_FILE), |w| segmented_ply(w, outcome))?;
     writing.files.stage(&folder.join(PRIMITIVES_FILE), |w| PrimitiveSet::from(outcome).json(w))?;
-    writing.files.stage(&folder.join(REPORT_FILE), |w| report::report_json(w, outcome, record))?;
+    writing.files.stage(&folder.join(REPORT_FILE), |w| report::report_json(w, folder, outcome, record))?;
     writing.all(folder, more, &ExportOptions::default(), outcome)?;
     writing.finish()
 }

@@ -1,7 +1,7 @@
 //! The report of a run.
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::time::Duration;
 
 use serde::Serialize;
@@ -10,7 +10,7 @@ use super::atomic::{persist, staged};
 use super::{Outcome, json};
 use crate::geometry::{Isolated, SampledPart, Surface};
 use crate::inference::{MergeReport, Method, Params, Phase, UNASSIGNED};
-use crate::io::{ShapeGeometry, WriteError};
+use crate::io::{Content, Shape, ShapeGeometry, WriteError};
 
 /// How a run went, for the report.
 #[derive(Debug, Clone, Default)]
@@ -19,6 +19,8 @@ pub struct RunRecord {
     pub clusters: Vec<usize>,
     pub merges: Vec<MergeReport>,
     pub times: PhaseTimes,
+    /// The folder that the report is for, where it is made in another.
+    pub home: Option<PathBuf>,
 }
 
 /// Time that each phase of a run took.
@@ -44,7 +46,8 @@ pub struct PhaseTimes {
 /// # Errors
 /// Where the file can't be written. It is written whole or not at all.
 pub fn write_report_json(path: &Path, outcome: &Outcome<'_>, record: &RunRecord) -> Result<(), WriteError> {
-    let file = staged(path, |w| report_json(w, outcome, record))?;
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let file = staged(path, |w| report_json(w, folder, outcome, record))?;
     persist(file, path)
 }
 
@@ -79,7 +82,16 @@ struct ReportFile<'a> {
 #[derive(Debug, Serialize)]
 struct InputEntry<'a> {
     name: &'a str,
-    path: Option<&'a Path>,
+    /// Absolute; `null` where it was read from no file, or its name is no text.
+    path: Option<String>,
+    /// The same from the folder of the report on, with `/` between the names, for
+    /// the case that both are moved together.
+    relative_path: Option<String>,
+    /// The shape that is part of the program.
+    built_in: bool,
+    /// Size and CRC-32 of the file, to tell whether it is still the same.
+    bytes: Option<u64>,
+    crc32: Option<String>,
     kind: &'static str,
     points: usize,
     faces: usize,
@@ -134,26 +146,65 @@ struct Seconds {
     merge: f64,
 }
 
-pub(super) fn report_json(w: &mut impl Write, outcome: &Outcome<'_>, record: &RunRecord) -> io::Result<()> {
+impl<'a> InputEntry<'a> {
+    fn new(shape: &'a Shape, folder: &Path) -> Self {
+        let (kind, points, faces) = match &shape.geometry {
+            ShapeGeometry::Mesh(mesh) => ("mesh", mesh.vertices.len(), mesh.faces.len()),
+            ShapeGeometry::Cloud(input) => ("cloud", input.points.len(), 0),
+        };
+        let path = shape.path.as_deref();
+        let absolute = path.and_then(|path| std::path::absolute(path).ok());
+        let (bytes, crc32) = match shape.content {
+            Some(Content::File { bytes, crc32 }) => (Some(bytes), Some(format!("{crc32:08x}"))),
+            Some(Content::BuiltIn) | None => (None, None),
+        };
+        Self {
+            name: &shape.name,
+            path: absolute.and_then(|path| path.to_str().map(str::to_owned)),
+            relative_path: path.and_then(|path| relative(path, folder)),
+            built_in: shape.content == Some(Content::BuiltIn),
+            bytes,
+            crc32,
+            kind,
+            points,
+            faces,
+            notes: &shape.notes,
+        }
+    }
+}
+
+/// The way to a file from a folder; `None` where there is none, as between two
+/// drives, or a name is no text.
+fn relative(path: &Path, folder: &Path) -> Option<String> {
+    let path = path.canonicalize().ok()?;
+    let folder = std::path::absolute(folder.join(".")).ok()?;
+    // Of a folder that is still to be made what is there already.
+    let there = folder.ancestors().find_map(|part| Some((part, part.canonicalize().ok()?)));
+    let folder = there.and_then(|(part, real)| Some(real.join(folder.strip_prefix(part).ok()?)))?;
+    let shared = path.components().zip(folder.components()).take_while(|(a, b)| a == b).count();
+    if shared == 0 {
+        return None;
+    }
+    let up = folder.components().skip(shared).map(|_| Some(".."));
+    let down = path.components().skip(shared).map(|part| part.as_os_str().to_str());
+    Some(up.chain(down).collect::<Option<Vec<_>>>()?.join("/"))
+}
+
+/// `folder` is the one that the report goes to.
+pub(super) fn report_json(
+    w: &mut impl Write,
+    folder: &Path,
+    outcome: &Outcome<'_>,
+    record: &RunRecord,
+) -> io::Result<()> {
     let Outcome { shape, cloud, sampling, params, abstraction, .. } = *outcome;
-    let (kind, points, faces) = match &shape.geometry {
-        ShapeGeometry::Mesh(mesh) => ("mesh", mesh.vertices.len(), mesh.faces.len()),
-        ShapeGeometry::Cloud(input) => ("cloud", input.points.len(), 0),
-    };
     let labels = cloud.labels_of_input(&abstraction.labels, UNASSIGNED);
     let times = &record.times;
     let file = ReportFile {
         format: "superform-report",
         version: 1,
         program: concat!("superform ", env!("CARGO_PKG_VERSION")),
-        input: InputEntry {
-            name: &shape.name,
-            path: shape.path.as_deref(),
-            kind,
-            points,
-            faces,
-            notes: &shape.notes,
-        },
+        input: InputEntry::new(shape, record.home.as_deref().unwrap_or(folder)),
         method: Method::of(params),
         params,
         seed: params.seed,

@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use super::super::machine::Machine;
 use super::super::protocol::{Cause, Event, LoadedShape, SamplingOptions, Source};
-use super::super::source;
+use super::super::source::{self, Found};
 use super::super::trouble::{Stop, guarded};
 use super::{Engine, Present};
 use crate::geometry::SampleCloud;
-use crate::inference::{Abstraction, Algorithm, Cancel, Occurrence, Params};
-use crate::io::Shape;
+use crate::inference::{Abstraction, Algorithm, Cancel, Occurrence, Params, Primitive};
+use crate::io::{OpenedResult, Shape};
 
 impl<M: Machine> Engine<M> {
     /// Whether there is a new shape; if not, all is as it was.
@@ -21,25 +21,16 @@ impl<M: Machine> Engine<M> {
         };
         let cancel = self.cancel.clone();
         let params = self.params;
-        let present = self.present.as_ref().map(|p| Arc::clone(&p.shape.shape));
         let outcome = guarded(|| {
             if cancel.is_requested() {
                 return Err(Stop::Cancelled);
             }
-            let found = source::read(source, present.as_ref())
-                .map_err(|error| Stop::trouble(what.as_str(), error))?;
-            let Some(edit) = found.primitives else {
-                return sampled::<M>(&what, found.shape, sampling, params, &cancel);
-            };
-            // Only the sampler goes on from primitives.
-            let params = Params { algorithm: Algorithm::Sampler, ..params };
-            let mut fresh = sampled::<M>(&what, found.shape, sampling, params, &cancel)?;
-            fresh.occurrences =
-                fresh.machine.edit(&edit, &cancel).map_err(|error| Stop::inference(&what, &error))?;
-            fresh.abstraction = fresh.machine.abstraction();
-            Ok(fresh)
+            match source::read(source).map_err(|error| Stop::trouble(what.as_str(), error))? {
+                Found::Shape(shape) => sampled::<M>(&what, Arc::new(shape), sampling, params, &cancel),
+                Found::Result(result) => taken::<M>(&what, *result, sampling, params, &cancel),
+            }
         });
-        self.take_in(outcome, sampling)
+        self.take_in(outcome)
     }
 
     /// Whether there are new samples; if not, all is as it was.
@@ -53,14 +44,14 @@ impl<M: Machine> Engine<M> {
         let params = self.params;
         let outcome =
             guarded(|| sampled::<M>("The shape could not be sampled anew", shape, sampling, params, &cancel));
-        self.take_in(outcome, sampling)
+        self.take_in(outcome)
     }
 
     /// Makes a freshly loaded shape the present one, or leaves all as it is;
     /// which of the two.
-    fn take_in(&mut self, outcome: Result<Fresh<M>, Stop>, sampling: SamplingOptions) -> bool {
+    fn take_in(&mut self, outcome: Result<Fresh<M>, Stop>) -> bool {
         match outcome {
-            Ok(Fresh { shape, cloud, machine, abstraction, occurrences }) => {
+            Ok(Fresh { shape, cloud, sampling, machine, abstraction, occurrences }) => {
                 self.drop_renewal();
                 self.generation += 1;
                 let shape = Arc::new(LoadedShape { generation: self.generation, shape, cloud, sampling });
@@ -89,6 +80,7 @@ impl<M: Machine> Engine<M> {
 struct Fresh<M> {
     shape: Arc<Shape>,
     cloud: Arc<SampleCloud>,
+    sampling: SamplingOptions,
     machine: M,
     abstraction: Abstraction,
     /// What was brought in with it.
@@ -103,8 +95,56 @@ fn sampled<M: Machine>(
     cancel: &Cancel,
 ) -> Result<Fresh<M>, Stop> {
     let cloud = source::sample(&shape, sampling).map_err(|error| Stop::trouble(what, error))?;
+    started(what, shape, cloud, sampling, params, cancel)
+}
+
+fn started<M: Machine>(
+    what: &str,
+    shape: Arc<Shape>,
+    cloud: Arc<SampleCloud>,
+    sampling: SamplingOptions,
+    params: Params,
+    cancel: &Cancel,
+) -> Result<Fresh<M>, Stop> {
     let machine =
         M::start(Arc::clone(&cloud), params, cancel).map_err(|error| Stop::inference(what, &error))?;
     let abstraction = machine.abstraction();
-    Ok(Fresh { shape, cloud, machine, abstraction, occurrences: Vec::new() })
+    Ok(Fresh { shape, cloud, sampling, machine, abstraction, occurrences: Vec::new() })
+}
+
+/// A result as the state that it was: on its own samples and with their labels,
+/// where these are known.
+fn taken<M: Machine>(
+    what: &str,
+    result: OpenedResult,
+    sampling: SamplingOptions,
+    params: Params,
+    cancel: &Cancel,
+) -> Result<Fresh<M>, Stop> {
+    // Only the sampler goes on from primitives.
+    let params = Params { algorithm: Algorithm::Sampler, ..params };
+    let known = result.samples();
+    let edit = result.taken(known.as_ref().map_or_else(Vec::new, |(_, labels)| labels.clone()));
+    let is_known = known.is_some();
+    let is_lost = result.segmented.is_some() && !is_known;
+    let (mut shape, stored) = (result.shape, result.stored);
+    let mut notes = stored.notes.clone();
+    if is_lost {
+        notes.push("its labels are not those of the samples: each joined the nearest primitive".to_owned());
+    }
+    notes.append(&mut shape.notes);
+    let shape = Arc::new(Shape { notes, ..shape });
+    let mut fresh: Fresh<M> = match known {
+        Some((cloud, _)) => started(what, shape, Arc::new(cloud), result.sampling, params, cancel)?,
+        None => sampled(what, shape, sampling, params, cancel)?,
+    };
+    fresh.occurrences = fresh.machine.edit(&edit, cancel).map_err(|error| Stop::inference(what, &error))?;
+    fresh.abstraction = fresh.machine.abstraction();
+    let is_same = |(a, b): (&Primitive, &Primitive)| (a.id, a.points) == (b.id, b.points);
+    let (found, known) = (&fresh.abstraction.primitives, &stored.primitives);
+    if is_known && found.len() == known.len() && found.iter().zip(known).all(is_same) {
+        // To the last bit, as the way to the run's own units and back is not.
+        fresh.abstraction.primitives = stored.primitives.into();
+    }
+    Ok(fresh)
 }
