@@ -23,7 +23,8 @@ use std::path::{Path, PathBuf};
 use super::{ReadError, Shape};
 use detect::Format;
 
-pub(crate) use gltf::percent_decoded;
+pub use gltf::buffers_beside;
+pub(crate) use gltf::percent_bytes;
 pub use results::{holds_primitives, shape_of};
 
 /// Largest file that is read, in bytes.

@@ -12,7 +12,7 @@ use super::{built_in, read};
 use crate::geometry::TriMesh;
 use crate::geometry::tessellate::{Resolution, tessellate};
 use crate::io::write::{REPORT_FILE, SEGMENTED_FILE};
-use crate::io::{ReadError, Shape, ShapeGeometry};
+use crate::io::{ReadError, Shape, ShapeGeometry, StoredPath};
 
 /// How much of a file is looked at.
 const HEAD: u64 = 4 << 10;
@@ -88,13 +88,13 @@ fn input_of(stored: &StoredPrimitives) -> Option<PathBuf> {
     #[derive(Deserialize)]
     struct Input {
         name: String,
-        path: Option<PathBuf>,
+        path: Option<StoredPath>,
     }
     let report = std::fs::read(stored.path.with_file_name(REPORT_FILE)).ok()?;
     let Report { input } = serde_json::from_slice(&report).ok()?;
     // A report of another run says nothing.
     let is_same = stored.input.as_deref() == Some(input.name.as_str());
-    input.path.filter(|path| is_same && path.is_file())
+    input.path.map(|path| path.0).filter(|path| is_same && path.is_file())
 }
 
 /// Whether an NPZ file of primitives has the points, too.

@@ -1,16 +1,17 @@
 //! The report of a run.
 
+use std::borrow::Cow;
 use std::io::{self, Write};
 use std::path::Path;
 use std::time::Duration;
 
 use serde::Serialize;
 
-use super::atomic::{persist, staged};
+use super::atomic::Staged;
 use super::{Outcome, json};
 use crate::geometry::{Isolated, SampledPart, Surface};
 use crate::inference::{MergeReport, Method, Params, Phase, UNASSIGNED};
-use crate::io::{ShapeGeometry, WriteError};
+use crate::io::{ShapeGeometry, StoredPath, WriteError};
 
 /// How a run went, for the report.
 #[derive(Debug, Clone, Default)]
@@ -44,8 +45,7 @@ pub struct PhaseTimes {
 /// # Errors
 /// Where the file can't be written. It is written whole or not at all.
 pub fn write_report_json(path: &Path, outcome: &Outcome<'_>, record: &RunRecord) -> Result<(), WriteError> {
-    let file = staged(path, |w| report_json(w, outcome, record))?;
-    persist(file, path)
+    Staged::with(path, |w| report_json(w, outcome, record))?.persist()
 }
 
 #[derive(Debug, Serialize)]
@@ -79,7 +79,7 @@ struct ReportFile<'a> {
 #[derive(Debug, Serialize)]
 struct InputEntry<'a> {
     name: &'a str,
-    path: Option<&'a Path>,
+    path: Option<Cow<'a, str>>,
     kind: &'static str,
     points: usize,
     faces: usize,
@@ -148,7 +148,7 @@ pub(super) fn report_json(w: &mut impl Write, outcome: &Outcome<'_>, record: &Ru
         program: concat!("superform ", env!("CARGO_PKG_VERSION")),
         input: InputEntry {
             name: &shape.name,
-            path: shape.path.as_deref(),
+            path: shape.path.as_deref().map(StoredPath::text),
             kind,
             points,
             faces,
