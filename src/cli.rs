@@ -264,6 +264,11 @@ impl Cli {
         if let Some(path) = screenshot.as_deref().filter(|path| !is_png(path)) {
             return Err(format!("a screenshot is a PNG: name {} .png", path.display()));
         }
+        if let Source::File(file) = &source {
+            let mut inputs = crate::io::Inputs::default();
+            inputs.add_result(file);
+            inputs.check(&screenshot).map_err(|e| e.to_string())?;
+        }
         if headless {
             let output = PathBuf::from(FALLBACK_FOLDER);
             return Ok(Request::Headless(HeadlessJob {

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::messages::Level;
 use super::{Effect, Session};
 use crate::inference::Edit;
-use crate::io::{self, ExportOptions, Format, Kind, Outcome, PrimitiveSet, ShapeGeometry};
+use crate::io::{self, ExportOptions, Format, Inputs, Kind, Outcome, PrimitiveSet, ShapeGeometry};
 use crate::worker::{Command, ExportRequest};
 
 /// What was chosen in the export dialog.
@@ -58,11 +58,36 @@ impl Session {
     pub(super) fn export(&mut self, path: PathBuf) -> Vec<Effect> {
         let Some(state) = self.shown_state() else { return Vec::new() };
         let ExportChoice { format, options } = self.window.export;
+        if !self.may_write(&path, &io::outputs(&path, format, &options)) {
+            return Vec::new();
+        }
         self.window.save_folder = path.parent().map(PathBuf::from);
         self.window.exported = Some(path.clone());
         let colors = self.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default();
         let request = ExportRequest { path, format, options, state, colors };
         vec![Effect::Send(Command::Export(Box::new(request)))]
+    }
+
+    /// Has a file written, unless that is the open one.
+    pub(super) fn write(&mut self, path: PathBuf, effect: impl FnOnce(PathBuf) -> Effect) -> Vec<Effect> {
+        if !self.may_write(&path, std::slice::from_ref(&path)) {
+            return Vec::new();
+        }
+        self.window.save_folder = path.parent().map(PathBuf::from);
+        vec![effect(path)]
+    }
+
+    /// Whether files may be written for the sake of the first: not where one of
+    /// them is the open shape's own, and that is said.
+    fn may_write(&mut self, path: &Path, outputs: &[PathBuf]) -> bool {
+        let mut inputs = Inputs::default();
+        let open = self.loaded.as_ref().and_then(|loaded| loaded.shape.path.as_deref());
+        open.into_iter().for_each(|path| inputs.add(path));
+        let checked = inputs.check(outputs);
+        if let Err(error) = &checked {
+            self.fail(format!("{} could not be written", path.display()), &error.to_string());
+        }
+        checked.is_ok()
     }
 
     /// Writes to the file of the last export again.
