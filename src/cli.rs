@@ -24,11 +24,13 @@ mod interrupt;
 mod job;
 mod journal;
 mod manual;
+mod output;
+mod patterns;
 mod render;
 mod run;
 mod settings;
 
-use std::io::Write;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -37,6 +39,7 @@ use tracing_subscriber::Layer as _;
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
+use self::output::{fail_by, print, say};
 use self::settings::SettingsArgs;
 use crate::geometry::SamplingOptions;
 use crate::geometry::metrics::MetricOptions;
@@ -51,6 +54,7 @@ pub use export::{ExportJob, WriteJob};
 pub use headless::HeadlessJob;
 pub use journal::{Journal, JournalLayer, Record};
 pub use manual::ManualJob;
+pub use output::fail;
 pub use render::{Look, RenderJob, SheetWish, Turn, Viewpoint};
 
 /// Where a job goes that was meant for the window.
@@ -213,15 +217,23 @@ pub struct WindowRequest {
 }
 
 impl Cli {
-    /// Reads the command line of this process. Where it can't be read or asks
-    /// for help, says so and exits.
-    pub fn read() -> Self {
-        Self::try_parse().unwrap_or_else(|error| {
-            if let Some(problem) = misspelt_command(&error, std::env::args().skip(1)) {
-                say(&problem);
-                std::process::exit(2);
+    /// Reads the command line of this process.
+    ///
+    /// # Errors
+    /// Where it can't be read, or asks for help: it was told so, and this is the
+    /// exit status.
+    pub fn read() -> Result<Self, ExitCode> {
+        Self::try_parse().map_err(|error| {
+            if let Some(problem) = misspelt_command(&error, std::env::args_os().skip(1)) {
+                return refuse(&problem);
             }
-            error.exit()
+            let told = error.print();
+            match error.use_stderr() {
+                // Nobody else can be told.
+                true => ExitCode::from(2),
+                // Through to whoever reads it.
+                false => output::arrived(told.and_then(|()| crate::io::print(std::io::empty()))),
+            }
         })
     }
 
@@ -249,6 +261,14 @@ impl Cli {
         let OpenArgs { file, settings, screenshot, headless, reset_layout } = self.open;
         let (sampling, params) = settings.resolve()?;
         let source = file.map_or(Source::BuiltIn, Source::File);
+        if let Some(path) = screenshot.as_deref().filter(|path| !is_png(path)) {
+            return Err(format!("a screenshot is a PNG: name {} .png", path.display()));
+        }
+        if let Source::File(file) = &source {
+            let mut inputs = crate::io::Inputs::default();
+            inputs.add_result(file);
+            inputs.check(&screenshot).map_err(|e| e.to_string())?;
+        }
         if headless {
             let output = PathBuf::from(FALLBACK_FOLDER);
             return Ok(Request::Headless(HeadlessJob {
@@ -264,9 +284,52 @@ impl Cli {
     }
 }
 
+/// Whether a path can be that of a PNG: by its ending, or because it is no name of
+/// a file at all.
+fn is_png(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) || crate::io::is_written_through(path)
+}
+
+/// What a folder for results is called, as far as it can be told from a file.
+///
+/// # Errors
+/// Where a file seems to be meant.
+fn folder_for_results(path: &Path) -> Result<(), String> {
+    let shown = path.display();
+    if path == Path::new("-") {
+        let problem = "there are several results, which can't go to standard output: name a folder (./- if it \
+                       is called so)";
+        return Err(problem.to_owned());
+    }
+    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    if is_folder(path) || !is_known_ending(&ending) {
+        return Ok(());
+    }
+    Err(format!(
+        "{shown} looks like a file, but the results go to a folder: name a folder, or write {shown}/ if it is \
+         called so"
+    ))
+}
+
+/// Whether a path is a folder, or written as one: with a slash behind it.
+fn is_folder(path: &Path) -> bool {
+    let last = path.as_os_str().as_encoded_bytes().last();
+    path.is_dir() || last.is_some_and(|&byte| std::path::is_separator(char::from(byte)))
+}
+
+/// Endings of files that people may expect where a folder is written.
+fn is_known_ending(ending: &str) -> bool {
+    const MORE: [&str; 8] = ["png", "jpg", "jpeg", "gif", "pdf", "md", "jsonl", crate::io::SESSION_ENDING];
+    MORE.contains(&ending)
+        || crate::io::SHAPE_ENDINGS.contains(&ending)
+        || crate::io::Format::ALL.iter().any(|format| format.ending() == ending)
+}
+
 /// What to say of `superform runn FILE`, which reads as one file too many.
-fn misspelt_command(error: &clap::Error, mut args: impl Iterator<Item = String>) -> Option<String> {
+fn misspelt_command(error: &clap::Error, args: impl Iterator<Item = OsString>) -> Option<String> {
     use clap::error::ErrorKind::{ArgumentConflict, UnknownArgument};
+    // A command's name is text.
+    let mut args = args.map_while(|arg| arg.into_string().ok());
     let (first, second) = (args.next()?, args.next()?);
     if !matches!(error.kind(), ArgumentConflict | UnknownArgument)
         || first.starts_with('-')
@@ -314,18 +377,6 @@ pub fn start_log() -> Journal {
 pub fn refuse(problem: &str) -> ExitCode {
     say(problem);
     ExitCode::from(2)
-}
-
-/// Says what went wrong in the job.
-pub fn fail(problem: &str) -> ExitCode {
-    say(problem);
-    ExitCode::FAILURE
-}
-
-/// One line for the person at the terminal. If standard error is closed there
-/// is nobody to tell.
-fn say(line: &str) {
-    let _ = writeln!(std::io::stderr(), "superform: {line}");
 }
 
 #[cfg(test)]

@@ -6,7 +6,11 @@ use superform::cli::{self, Cli, Journal, Request, WindowRequest};
 
 fn main() -> ExitCode {
     let journal = cli::start_log();
-    match Cli::read().request() {
+    let cli = match Cli::read() {
+        Ok(cli) => cli,
+        Err(exit) => return exit,
+    };
+    match cli.request() {
         Ok(Request::Headless(job)) => job.run(),
         Ok(Request::Batch(job)) => job.run(),
         Ok(Request::Merge(job)) => job.run(),

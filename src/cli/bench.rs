@@ -12,7 +12,6 @@ mod store;
 mod table;
 
 use std::fs;
-use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::str::FromStr;
@@ -30,11 +29,11 @@ use self::table::Table;
 use super::batch::fingerprint::fingerprint;
 use super::interrupt::{INTERRUPTED, cancel_on_interrupt};
 use super::settings::{TuningArgs, methods};
-use super::{MeasureArgs, Request, fail, say};
+use super::{MeasureArgs, Request, fail, fail_by, folder_for_results, print, say};
 use crate::geometry::SamplingOptions;
 use crate::geometry::metrics::MetricOptions;
 use crate::inference::{Cancel, Method, Params};
-use crate::io;
+use crate::io::{self, Inputs};
 
 pub use self::scaling::ScalingJob;
 
@@ -141,7 +140,9 @@ impl BenchArgs {
         if let Some(option) = self.tuning.unread(&params) {
             return Err(format!("none of the methods reads {option}; leave it out"));
         }
-        let command = std::env::args().skip(1).fold("superform".to_owned(), |all, arg| all + " " + &arg);
+        let args = std::env::args_os().skip(1);
+        let command = args.fold("superform".to_owned(), |all, arg| all + " " + &arg.to_string_lossy());
+        folder_for_results(&self.output)?;
         if self.scaling.is_wanted() {
             let job =
                 self.scaling.resolve(self.shapes, &methods, self.seeds.0, sampling, self.output, command)?;
@@ -184,15 +185,14 @@ impl BenchJob {
                 ExitCode::from(INTERRUPTED)
             }
             Ok(Some((text, failures))) => {
-                // A closed pipe is no reason to call the job a failure.
-                let _ = write!(std::io::stdout(), "{text}");
+                let exit = print(&text);
                 match failures {
-                    0 => ExitCode::SUCCESS,
+                    0 => exit,
                     1 => fail("a run failed; the table is without it"),
                     n => fail(&format!("{n} runs failed; the table is without them")),
                 }
             }
-            Err(e) => fail(&format!("{e:#}")),
+            Err(e) => fail_by(&e),
         }
     }
 
@@ -200,6 +200,12 @@ impl BenchJob {
     fn work(&self, cancel: &Cancel) -> anyhow::Result<Option<(String, usize)>> {
         let others = self.compare.as_deref().map(table::read_others).transpose()?;
         let shapes = shapes::find(&self.shapes, self.reference_list.as_deref())?;
+        let mut inputs = Inputs::default();
+        let lists = self.shapes.iter().chain(&self.reference_list).chain(&self.compare);
+        let shapes_of = shapes.iter().flat_map(|shape| [&shape.input, &shape.reference]);
+        lists.chain(shapes_of).for_each(|path| inputs.add(path));
+        let place = |name: &str| self.output.join(name);
+        inputs.check([RUNS_FILE, MARKDOWN_FILE, CSV_FILE, JSON_FILE].map(place))?;
         fs::create_dir_all(&self.output)
             .with_context(|| format!("can't make the folder {}", self.output.display()))?;
         let mut store = Store::open(&self.output.join(RUNS_FILE))?;

@@ -1,7 +1,6 @@
 //! Measuring a stored result against a shape.
 
 use std::fmt::Write as _;
-use std::io::Write;
 use std::path::PathBuf;
 use std::process::ExitCode;
 
@@ -9,7 +8,7 @@ use anyhow::Context;
 use serde::Serialize;
 
 use super::headless::{contents, length};
-use super::{fail, say};
+use super::{fail_by, print, say};
 use crate::geometry::metrics::{MetricOptions, Metrics, Reference, evaluate};
 use crate::io::{self, Shape, StoredPrimitives};
 
@@ -30,12 +29,8 @@ impl EvaluateJob {
     /// reference to standard error (with JSON they are part of it).
     pub fn run(&self) -> ExitCode {
         match self.work() {
-            Ok(text) => {
-                // A closed pipe is no reason to call the job a failure.
-                let _ = writeln!(std::io::stdout(), "{text}");
-                ExitCode::SUCCESS
-            }
-            Err(e) => fail(&format!("{e:#}")),
+            Ok(text) => print(&(text + "\n")),
+            Err(e) => fail_by(&e),
         }
     }
 

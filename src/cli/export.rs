@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use anyhow::bail;
-use clap::Args;
+use clap::{Args, ValueEnum};
 use nalgebra::Point3;
 
 use super::Request;
@@ -15,7 +15,7 @@ use crate::geometry::palette::Colors;
 use crate::geometry::{SampleCloud, SamplingOptions};
 use crate::inference::{Abstraction, Figures, Params, Phase, UNASSIGNED};
 use crate::io::{
-    self, ExportOptions, Format, FoundAs, Kind, Outcome, PrimitiveSet, SEGMENTED_FILE, Shape, ShapeGeometry,
+    self, ExportOptions, Format, FoundAs, Inputs, Kind, Outcome, PrimitiveSet, SEGMENTED_FILE, Shape, ShapeGeometry,
     StoredPrimitives,
 };
 
@@ -24,8 +24,8 @@ pub(super) struct ExportArgs {
     /// Folder of a run, or a file of primitives (JSON, NPZ or CSV)
     #[arg(required_unless_present = "list")]
     result: Option<PathBuf>,
-    /// Files to write; their endings tell the format, and so do words in their names: segmented or
-    /// cloud, mesh or parts, else primitives
+    /// Files to write, - for standard output (with --format); their endings tell the format, and so
+    /// do words in their names: segmented or cloud, mesh or parts, else primitives
     #[arg(short, long, value_name = "FILE", num_args = 1.., required_unless_present = "list")]
     output: Vec<PathBuf>,
     /// Format of the files, by its name in --list, whatever they are called
@@ -69,9 +69,42 @@ struct OptionArgs {
     /// Robot models: meshes also for spheres, boxes and cylinders
     #[arg(long)]
     no_exact_shapes: bool,
-    /// Robot models: kilograms a cubic unit of the input
+    /// Robot models: kilograms a cubic metre
     #[arg(long, value_name = "D", default_value_t = ExportOptions::default().density)]
     density: f64,
+    /// Robot models, which are in metres: the unit that the input's lengths are in [default: m]
+    #[arg(long, value_enum, value_name = "UNIT", conflicts_with = "scale")]
+    unit: Option<Unit>,
+    /// Robot models: metres that a unit of the input stands for, as --unit says for the usual ones
+    #[arg(long, value_name = "METRES", default_value_t = ExportOptions::default().scale)]
+    scale: f64,
+}
+
+/// Units of length that files come in.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Unit {
+    /// Millimetres
+    Mm,
+    /// Centimetres
+    Cm,
+    /// Metres
+    M,
+    /// Inches
+    In,
+    /// Feet
+    Ft,
+}
+
+impl Unit {
+    fn metres(self) -> f64 {
+        match self {
+            Self::Mm => 0.001,
+            Self::Cm => 0.01,
+            Self::M => 1.0,
+            Self::In => 0.0254,
+            Self::Ft => 0.3048,
+        }
+    }
 }
 
 impl OptionArgs {
@@ -85,6 +118,7 @@ impl OptionArgs {
             resolution: self.resolution,
             exact_shapes: !self.no_exact_shapes,
             density: self.density,
+            scale: self.unit.map_or(self.scale, Unit::metres),
         };
         options.check().map(|()| options)
     }
@@ -166,6 +200,19 @@ struct Segmented {
 
 impl WriteJob {
     fn work(&self) -> anyhow::Result<String> {
+        let stdout: Vec<&Path> = self
+            .targets
+            .iter()
+            .map(|(path, _)| path.as_path())
+            .filter(|path| io::is_standard_output(path))
+            .collect();
+        if stdout.len() > 1 {
+            bail!("only one file can go to standard output; name the others");
+        }
+        let mut inputs = Inputs::default();
+        inputs.add_result(&self.result);
+        self.shape.iter().for_each(|path| inputs.add(path));
+        self.check(&inputs)?;
         let stored = io::read_primitives_of(&self.result, self.index)?;
         for note in &stored.notes {
             say(&format!("{}: {note}", stored.path.display()));
@@ -173,6 +220,10 @@ impl WriteJob {
         let colors = Colors::default();
         let params = stored.params.unwrap_or_default();
         let segmented = self.segmented(&stored)?;
+        if let Some(path) = segmented.as_ref().and_then(|segmented| segmented.shape.path.as_ref()) {
+            inputs.add(path);
+            self.check(&inputs)?;
+        }
         let mut written = String::new();
         for (path, format) in &self.targets {
             let done = match (&segmented, format.kind()) {
@@ -191,11 +242,21 @@ impl WriteJob {
             for note in &done.notes {
                 say(&format!("{}: {note}", path.display()));
             }
-            for file in done.files {
+            for file in done.files.iter().filter(|file| !stdout.contains(&file.as_path())) {
                 let _ = writeln!(written, "wrote {}", file.display());
             }
         }
-        Ok(written)
+        if stdout.is_empty() {
+            return Ok(written);
+        }
+        // There it would be taken for a part of the file.
+        written.lines().for_each(say);
+        Ok(String::new())
+    }
+
+    /// Whether none of the files to be written is one that is read.
+    fn check(&self, inputs: &Inputs) -> Result<(), io::WriteError> {
+        self.targets.iter().try_for_each(|(path, format)| inputs.check(io::outputs(path, *format, &self.options)))
     }
 
     /// The result with its points, where something is to be written of them

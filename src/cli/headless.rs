@@ -12,7 +12,7 @@ use super::job::{Finished, Stage};
 use super::say;
 use crate::geometry::SamplingOptions;
 use crate::inference::{Cancel, Params};
-use crate::io::{Exported, Outcome, Shape, ShapeGeometry};
+use crate::io::{self, Exported, Inputs, Outcome, Shape, ShapeGeometry};
 use crate::worker::Source;
 
 /// A whole run, from a shape to its files.
@@ -44,6 +44,11 @@ impl HeadlessJob {
         if self.output.exists() && !self.output.is_dir() {
             bail!("{} is not a folder; name another one for the results", self.output.display());
         }
+        let mut inputs = Inputs::default();
+        if let Source::File(path) = &self.source {
+            inputs.add(path);
+        }
+        inputs.check(io::run_outputs(&self.output, &self.exports))?;
         let whole = Instant::now();
         // How many steps the recovery of primitives takes is not known beforehand.
         let (bar, template) = match self.params.steps() {

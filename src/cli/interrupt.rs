@@ -1,9 +1,8 @@
 //! Ctrl-C, TERM and HUP: ask for an end, insist at the second time.
 
-use std::io::Write as _;
 use std::process::ExitCode;
 
-use super::{fail, say};
+use super::{fail_by, print, say};
 use crate::inference::{Cancel, InferenceError};
 
 /// Exit status of a job that was stopped, as shells have it for Ctrl-C.
@@ -62,15 +61,11 @@ fn outlives_its_terminal() -> bool {
 /// gives goes to standard output.
 pub(super) fn until_done_or_interrupted(work: impl FnOnce(&Cancel) -> anyhow::Result<String>) -> ExitCode {
     match work(&cancel_on_interrupt()) {
-        Ok(text) => {
-            // A closed pipe is no reason to call the job a failure.
-            let _ = write!(std::io::stdout(), "{text}");
-            ExitCode::SUCCESS
-        }
+        Ok(text) => print(&text),
         Err(e) if matches!(e.downcast_ref(), Some(InferenceError::Cancelled)) => {
             say("stopped; nothing was written");
             ExitCode::from(INTERRUPTED)
         }
-        Err(e) => fail(&format!("{e:#}")),
+        Err(e) => fail_by(&e),
     }
 }

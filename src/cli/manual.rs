@@ -1,6 +1,5 @@
 //! What shells and `man` want to know of the command line.
 
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -8,7 +7,7 @@ use anyhow::Context;
 use clap::CommandFactory;
 use clap_complete::Shell;
 
-use super::{Cli, fail};
+use super::{Cli, fail_by, folder_for_results, print};
 use crate::io;
 
 /// A text that is made from the command line's own description.
@@ -25,24 +24,20 @@ impl ManualJob {
     /// Does the job.
     pub fn run(&self) -> ExitCode {
         match self.work() {
-            Ok(text) => {
-                // A closed pipe is no reason to call the job a failure.
-                let _ = std::io::stdout().write_all(&text);
-                ExitCode::SUCCESS
-            }
-            Err(e) => fail(&format!("{e:#}")),
+            Ok(text) => print(&text),
+            Err(e) => fail_by(&e),
         }
     }
 
     /// What goes to standard output.
-    fn work(&self) -> anyhow::Result<Vec<u8>> {
+    fn work(&self) -> anyhow::Result<String> {
         match self {
             Self::Completions(shell) => {
                 let mut text = Vec::new();
                 clap_complete::generate(*shell, &mut Cli::command(), "superform", &mut text);
-                Ok(text)
+                Ok(String::from_utf8(text)?)
             }
-            Self::Pages(None) => Ok(page(&clap_mangen::Man::new(described()))?),
+            Self::Pages(None) => Ok(String::from_utf8(page(&clap_mangen::Man::new(described()))?)?),
             Self::Pages(Some(folder)) => write_pages(folder),
         }
     }
@@ -60,7 +55,8 @@ fn page(man: &clap_mangen::Man) -> std::io::Result<Vec<u8>> {
 }
 
 /// Writes a page a command; returns the list of what was written.
-fn write_pages(folder: &Path) -> anyhow::Result<Vec<u8>> {
+fn write_pages(folder: &Path) -> anyhow::Result<String> {
+    folder_for_results(folder).map_err(anyhow::Error::msg)?;
     std::fs::create_dir_all(folder).with_context(|| format!("can't make the folder {}", folder.display()))?;
     let mut program = described();
     program.build();
@@ -73,5 +69,5 @@ fn write_pages(folder: &Path) -> anyhow::Result<Vec<u8>> {
         io::write_whole(&path, &page(&man)?)?;
         written += &format!("wrote {}\n", path.display());
     }
-    Ok(written.into_bytes())
+    Ok(written)
 }

@@ -10,6 +10,8 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
+use super::{is_folder, is_png};
+use crate::io;
 use crate::session::camera::AxisView;
 use crate::session::scene::UpAxis;
 use crate::session::view::{ColorBy, Layer, SurfaceStyle, View};
@@ -35,7 +37,8 @@ pub(super) struct RenderArgs {
     /// Folders of runs or of batches, files of primitives (JSON, NPZ, CSV), sessions, or plain shapes
     #[arg(value_name = "RESULT", required = true)]
     inputs: Vec<PathBuf>,
-    /// Picture (.png, .gif) or folder for pictures [default: the present folder, unless there is a sheet]
+    /// Picture (.png, .gif, - for standard output) or folder for pictures [default: the present folder,
+    /// unless there is a sheet]
     #[arg(short, long, value_name = "FILE|DIR")]
     output: Option<PathBuf>,
     /// Say nothing but what went wrong
@@ -185,18 +188,11 @@ impl RenderArgs {
     pub(super) fn resolve(self) -> Result<RenderJob, String> {
         let Self { inputs, output, quiet, camera, look, sheet, turntable } = self;
         let turn = turntable.resolve()?;
-        let ending = output.as_deref().and_then(picture_ending);
-        match (ending.as_deref(), turn) {
-            (Some("png"), Some(_)) => return Err("a turntable is a GIF: name it .gif".to_owned()),
-            (Some("gif"), None) => {
-                return Err("a picture is a PNG: name it .png, or ask for a --turntable".to_owned());
-            }
-            _ => {}
+        if let Some(output) = output.as_deref() {
+            check_name(output, turn.is_some())?;
         }
         let sheet = sheet.sheet.map(|path| SheetWish { path, columns: sheet.columns });
-        if let Some(SheetWish { path, .. }) = &sheet
-            && picture_ending(path).as_deref() != Some("png")
-        {
+        if let Some(SheetWish { path, .. }) = sheet.as_ref().filter(|sheet| !is_png(&sheet.path)) {
             return Err(format!("{} is no name of a sheet, which is a PNG: name it .png", path.display()));
         }
         let views = camera.views()?;
@@ -312,10 +308,32 @@ impl TurntableArgs {
     }
 }
 
-/// The ending of a name that is one of a picture, in small letters.
-fn picture_ending(path: &Path) -> Option<String> {
+/// # Errors
+/// Where a name is neither that of a folder nor that of a picture that can be
+/// written.
+fn check_name(output: &Path, is_turntable: bool) -> Result<(), String> {
+    if is_folder(output) || io::is_written_through(output) {
+        return Ok(());
+    }
+    match (ending_of(output).as_deref(), is_turntable) {
+        (None, _) | (Some("png"), false) | (Some("gif"), true) => Ok(()),
+        (Some("png"), true) => Err("a turntable is a GIF: name it .gif".to_owned()),
+        (Some("gif"), false) => Err("a picture is a PNG: name it .png, or ask for a --turntable".to_owned()),
+        (Some(ending), _) => {
+            let shown = output.display();
+            Err(format!(
+                "pictures are written as .png, and turntables as .gif, but {shown} ends with .{ending}; a \
+                 folder of that name is {shown}/"
+            ))
+        }
+    }
+}
+
+/// The ending of a name in small letters, unless it is rather a part of the name,
+/// as of `2.5`.
+fn ending_of(path: &Path) -> Option<String> {
     let ending = path.extension()?.to_string_lossy().to_ascii_lowercase();
-    (["png", "gif"].contains(&ending.as_str()) && !path.is_dir()).then_some(ending)
+    ending.starts_with(|c: char| !c.is_ascii_digit()).then_some(ending)
 }
 
 /// "1200x900", also with ×.

@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 
-use super::Request;
 use super::batch::{BatchArgs, is_one_file};
 use super::headless::HeadlessJob;
 use super::settings::SettingsArgs;
+use super::{Request, folder_for_results};
 use crate::io::Format;
 use crate::worker::Source;
 
@@ -43,6 +43,7 @@ impl RunArgs {
                 "{name} does not tell its format; superform export --list shows the endings"
             ));
         }
+        folder_for_results(&output)?;
         if inputs.len() == 1 && is_one_file(&inputs[0]) && !batch.is_wanted() {
             let (sampling, params) = settings.resolve()?;
             let source = Source::File(inputs.remove(0));

@@ -1,6 +1,7 @@
 //! What can go wrong on reading and writing, said so that a person can act.
 
 use std::fmt;
+use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use super::Format;
@@ -87,8 +88,12 @@ impl Fault {
 /// stood at the place is as it was.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    #[error("can't write {path}: {reason}; choose another folder or make room", path = path.display())]
+    #[error("can't write {path}: {reason}; {advice}", path = path.display(), advice = advice(reason))]
     Io { path: PathBuf, reason: std::io::Error },
+    #[error("can't write {path}: there is no folder {folder}; make it, or choose another", path = path.display(), folder = folder.display())]
+    NoFolder { path: PathBuf, folder: PathBuf },
+    #[error("can't write {path}: that would overwrite the input {input}; choose another name or folder", path = path.display(), input = input.display())]
+    IsInput { path: PathBuf, input: PathBuf },
     #[error("can't write {path}: a folder of that name is in the way", path = path.display())]
     IsAFolder { path: PathBuf },
     /// The file could be written, but can't hold what should be in it.
@@ -100,4 +105,21 @@ pub enum WriteError {
     OnlyPrimitives { path: PathBuf, format: Format },
     #[error("can't write {path}: its name tells no format; superform export --list shows those that there are", path = path.display())]
     UnknownFormat { path: PathBuf },
+}
+
+impl WriteError {
+    /// Whether nobody reads any more what was to be written.
+    pub fn is_closed_pipe(&self) -> bool {
+        matches!(self, Self::Io { reason, .. } if reason.kind() == ErrorKind::BrokenPipe)
+    }
+}
+
+/// What to do about it.
+fn advice(reason: &std::io::Error) -> &'static str {
+    match reason.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
+            "make room, or choose another folder"
+        }
+        _ => "choose another name or folder",
+    }
 }

@@ -2,6 +2,8 @@
 //! what, where and what to do; files are written whole or not at all.
 
 mod error;
+mod inputs;
+mod paths;
 mod read;
 mod write;
 
@@ -14,19 +16,21 @@ use crate::geometry::outside::FilledOutside;
 use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, sample_cloud, sample_mesh};
 
 pub use error::{Place, ReadError, WriteError};
-pub(crate) use read::percent_decoded;
+pub use inputs::Inputs;
+pub use paths::StoredPath;
 pub use read::primitives::{StoredPrimitives, parse_primitives, read_primitives, read_primitives_of};
 #[doc(hidden)]
 pub use read::read_bytes_as;
 pub use read::{
-    FoundAs, LabelledPoints, OpenedResult, SESSION_ENDING, SHAPE_ENDINGS, built_in, has_session_ending,
-    has_shape_ending, holds_primitives, open_result, read, read_bytes,
+    FoundAs, LabelledPoints, OpenedResult, SESSION_ENDING, SHAPE_ENDINGS, buffers_beside, built_in,
+    has_session_ending, has_shape_ending, holds_primitives, open_result, read, read_bytes,
 };
 pub use write::{
     AnimationFormat, AnimationWriter, Choice, ExportOptions, Exported, Format, Kind, LARGEST_GIF, Outcome,
     PRIMITIVES_FILE, PhaseTimes, PrimitiveSet, REPORT_FILE, RunRecord, SEGMENTED_FILE, estimated_size,
-    export, export_all, export_primitives, primitives_text, write_picture, write_primitives_json,
-    write_report_json, write_run, write_segmented_ply, write_streamed, write_whole,
+    export, export_all, export_primitives, is_standard_output, is_written_through, move_whole, outputs,
+    primitives_text, print, run_outputs, write_picture, write_primitives_json, write_report_json, write_run,
+    write_segmented_ply, write_streamed, write_whole,
 };
 
 /// A shape as it was read, in the file's units and order.

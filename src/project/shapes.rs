@@ -1,14 +1,13 @@
 //! Shapes and their samples as records.
 
 use std::borrow::Cow;
-use std::path::PathBuf;
 
 use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
 use super::raw::Raw;
 use crate::geometry::{NO_SAMPLE, SampleCloud, SampledPart, SamplingOptions, TriMesh};
-use crate::io::{Attributes, PointCloud, Shape, ShapeGeometry};
+use crate::io::{Attributes, PointCloud, Shape, ShapeGeometry, StoredPath};
 
 /// A shape as it was read.
 #[derive(Debug, Serialize, Deserialize)]
@@ -49,7 +48,7 @@ impl<'a> From<&'a Shape> for ShapeEntry<'a> {
     fn from(shape: &'a Shape) -> Self {
         Self {
             name: Cow::Borrowed(&shape.name),
-            path: shape.path.as_ref().map(|path| path.to_string_lossy()),
+            path: shape.path.as_deref().map(StoredPath::text),
             notes: Cow::Borrowed(&shape.notes),
             geometry: match &shape.geometry {
                 ShapeGeometry::Mesh(mesh) => {
@@ -97,7 +96,7 @@ impl ShapeEntry<'_> {
         }
         Ok(Shape {
             name: self.name.into_owned(),
-            path: self.path.map(|path| PathBuf::from(path.into_owned())),
+            path: self.path.map(|path| StoredPath::of(&path).0),
             content: None,
             geometry,
             attributes,

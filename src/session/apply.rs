@@ -45,10 +45,7 @@ impl Session {
     pub(super) fn carry_out(&mut self, action: Action) -> Vec<Effect> {
         match action {
             Action::Verb(verb) => return self.apply_verb(verb),
-            Action::SaveSession(path) => {
-                self.window.save_folder = path.parent().map(PathBuf::from);
-                return vec![Effect::SaveSession(path)];
-            }
+            Action::SaveSession(path) => return self.write(path, Effect::SaveSession),
             Action::OpenSession(opening) => return self.leave(Parting::Open(opening)),
             Action::DiscardFound(id) => return vec![self.discard_found(id)],
             Action::PutOffFound => self.put_off_found(),
@@ -99,13 +96,9 @@ impl Session {
             Action::TakeSeed(seed) => return self.take_seed(seed),
             Action::SetSeedOrder(order) => self.seeds.order = order,
             Action::Explain(sample) => self.explain(sample),
-            Action::SaveScreenshot(path) => {
-                self.window.save_folder = path.parent().map(PathBuf::from);
-                return vec![Effect::SaveScreenshot(path)];
-            }
+            Action::SaveScreenshot(path) => return self.write(path, Effect::SaveScreenshot),
             Action::SavePicture(kind, path) => {
-                self.window.save_folder = path.parent().map(PathBuf::from);
-                return vec![Effect::SavePicture(kind, path)];
+                return self.write(path, |path| Effect::SavePicture(kind, path));
             }
             Action::SetParams(params) => return self.take_setup(params, self.sampling),
             Action::SetMethod(method) => {

@@ -7,7 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::messages::Level;
 use super::{Effect, Session};
-use crate::io::{self, ExportOptions, Format, Kind, Outcome, PrimitiveSet, ShapeGeometry};
+use crate::io::{self, ExportOptions, Format, Inputs, Kind, Outcome, PrimitiveSet, ShapeGeometry};
 use crate::worker::{Command, ExportRequest, LoadedShape};
 
 /// What was chosen in the export dialog.
@@ -57,6 +57,9 @@ impl Session {
     pub(super) fn export(&mut self, path: PathBuf) -> Vec<Effect> {
         let Some(state) = self.shown_state() else { return Vec::new() };
         let ExportChoice { format, options } = self.window.export;
+        if !self.may_write(&path, &io::outputs(&path, format, &options)) {
+            return Vec::new();
+        }
         self.window.save_folder = path.parent().map(PathBuf::from);
         self.exported = Some((path.clone(), Arc::downgrade(&state.loaded.shape)));
         let colors = self.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default();
@@ -70,6 +73,28 @@ impl Session {
         let (path, shape) = self.exported.as_ref()?;
         let is_of = |loaded: &Arc<LoadedShape>| std::ptr::eq(shape.as_ptr(), Arc::as_ptr(&loaded.shape));
         self.loaded.as_ref().is_some_and(is_of).then_some(path)
+    }
+
+    /// Has a file written, unless that is the open one.
+    pub(super) fn write(&mut self, path: PathBuf, effect: impl FnOnce(PathBuf) -> Effect) -> Vec<Effect> {
+        if !self.may_write(&path, std::slice::from_ref(&path)) {
+            return Vec::new();
+        }
+        self.window.save_folder = path.parent().map(PathBuf::from);
+        vec![effect(path)]
+    }
+
+    /// Whether files may be written for the sake of the first: not where one of
+    /// them is the open shape's own, and that is said.
+    fn may_write(&mut self, path: &Path, outputs: &[PathBuf]) -> bool {
+        let mut inputs = Inputs::default();
+        let open = self.loaded.as_ref().and_then(|loaded| loaded.shape.path.as_deref());
+        open.into_iter().for_each(|path| inputs.add(path));
+        let checked = inputs.check(outputs);
+        if let Err(error) = &checked {
+            self.fail(format!("{} could not be written", path.display()), &error.to_string());
+        }
+        checked.is_ok()
     }
 
     /// Writes to the file of the last export again.

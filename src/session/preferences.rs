@@ -1,12 +1,11 @@
 //! What is remembered from one start of the program to the next.
 
-use std::path::PathBuf;
-
 use serde::{Deserialize, Serialize};
 
 use super::view::ThemeChoice;
 use super::window::{Panel, Window};
 use super::{ExportChoice, Session};
+use crate::io::StoredPath;
 use crate::worker::Pace;
 
 /// As it is stored. What is missing has its default, what is unknown is passed
@@ -23,9 +22,9 @@ pub struct Preferences {
     right: bool,
     bottom: bool,
     log: bool,
-    recent: Vec<PathBuf>,
-    open_folder: Option<PathBuf>,
-    save_folder: Option<PathBuf>,
+    recent: Vec<StoredPath>,
+    open_folder: Option<StoredPath>,
+    save_folder: Option<StoredPath>,
     commands: Vec<String>,
     export: ExportChoice,
 }
@@ -49,8 +48,6 @@ impl Session {
     /// What is to be remembered.
     pub fn preferences(&self) -> Preferences {
         let window = &self.window;
-        // Paths that are no text can't be stored.
-        let storable = |path: &PathBuf| path.to_str().is_some();
         Preferences {
             theme: match self.view.theme {
                 ThemeChoice::System => Theme::System,
@@ -67,9 +64,9 @@ impl Session {
             right: window.is_kept_open(Panel::Right),
             bottom: window.is_kept_open(Panel::Bottom),
             log: self.view.shows_log,
-            recent: window.recent.iter().map(PathBuf::from).filter(storable).collect(),
-            open_folder: window.open_folder.clone().filter(storable),
-            save_folder: window.save_folder.clone().filter(storable),
+            recent: window.recent.iter().map(|path| StoredPath(path.into())).collect(),
+            open_folder: window.open_folder.clone().map(StoredPath),
+            save_folder: window.save_folder.clone().map(StoredPath),
             commands: window.commands.clone(),
             export: window.export,
         }
@@ -101,9 +98,9 @@ impl Session {
         self.live.is_on = live;
         self.pace = steps_per_second.map_or(Pace::Unlimited, |steps| Pace::PerSecond(steps.clamp(1, 1000)));
         let mut window = Window {
-            recent: recent.into_iter().collect(),
-            open_folder,
-            save_folder,
+            recent: recent.into_iter().map(|path| path.0).collect(),
+            open_folder: open_folder.map(|path| path.0),
+            save_folder: save_folder.map(|path| path.0),
             commands,
             // Options out of their limits are not worth a word.
             export: if export.options.check().is_ok() { export } else { ExportChoice::default() },

@@ -183,12 +183,8 @@ impl Open {
                     // Pieces come in pairs.
                     options.resolution = options.resolution.next_multiple_of(2);
                 }
-                Choice::Density => {
-                    let (least, most) = ExportOptions::DENSITY;
-                    let speed = options.density * 0.01;
-                    let value = DragValue::new(&mut options.density).range(least..=most).speed(speed);
-                    number(ui, *choice, value);
-                }
+                Choice::Density => share(ui, *choice, &mut options.density, ExportOptions::DENSITY),
+                Choice::Scale => share(ui, *choice, &mut options.scale, ExportOptions::SCALE),
             }
         }
         if format.choices().is_empty() {
@@ -292,6 +288,12 @@ fn lines(ui: &Ui, format: Format, is_there: bool) -> LayoutJob {
     job.append(&format!("   .{}\n", format.ending()), 0.0, TextFormat::simple(small.clone(), weak));
     job.append(format.description(), 0.0, TextFormat::simple(small, weak));
     job
+}
+
+/// A number of any size, which is dragged by a share of it.
+fn share(ui: &mut Ui, choice: Choice, value: &mut f64, (least, most): (f64, f64)) {
+    let speed = *value * 0.01;
+    number(ui, choice, DragValue::new(value).range(least..=most).speed(speed).max_decimals(9));
 }
 
 fn number(ui: &mut Ui, choice: Choice, value: DragValue<'_>) {

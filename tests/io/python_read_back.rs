@@ -21,6 +21,8 @@ use superform::io::{self, Attributes, ExportOptions, Format, Outcome, PointCloud
 const PACKAGES: &str =
     "import jsonschema, lxml, mujoco, networkx, numpy, plyfile, pypcd4, scipy, trimesh, yourdfpy";
 const DENSITY: f64 = 700.0;
+/// Of a robot model whose input is in inches.
+const SCALE: f64 = 0.0254;
 
 /// A primitive, and what simulators should take it for: in URDF, in MJCF.
 type Entry = (Superquadric, &'static str, &'static str);
@@ -115,7 +117,7 @@ impl Case {
             "colors": labels.iter().map(color).collect::<Vec<_>>(),
             "normals": attributes.normals, "input_labels": attributes.labels,
             "input_colors": attributes.colors.as_ref().filter(|_| mesh.is_null()),
-            "mesh": mesh, "density": DENSITY, "primitives": primitives.collect::<Vec<_>>(),
+            "mesh": mesh, "density": DENSITY, "model_scale": SCALE, "primitives": primitives.collect::<Vec<_>>(),
         })
     }
 
@@ -151,6 +153,9 @@ impl Case {
         }
         let doubles = ExportOptions { doubles: true, ..options };
         io::export(&folder.join("doubles.pcd"), Format::CloudPcd, &doubles, &outcome).unwrap();
+        let scaled = ExportOptions { scale: SCALE, ..options };
+        let robots = ["robot.urdf", "robot.xml"].map(str::to_owned);
+        io::export_all(&folder.join("scaled"), &robots, &scaled, &outcome).unwrap();
         fs::write(folder.join("reference.json"), self.reference(&colors).to_string()).unwrap();
     }
 }

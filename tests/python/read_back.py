@@ -7,6 +7,7 @@ FOLDER has a folder a case, each with reference.json and the exports; DOCS holds
 formats.md, whose snippets are run, and primitives.schema.json.
 """
 
+import copy
 import json
 import os
 import re
@@ -51,6 +52,15 @@ class Reference:
         self.mesh = data["mesh"]
         self.primitives = data["primitives"]
         self.density = data["density"]
+        self.model_scale = data["model_scale"]
+
+    def scaled(self):
+        """The same in metres."""
+        metres = copy.copy(self)
+        factor = self.model_scale
+        lengths = lambda p: {name: [factor * x for x in p[name]] for name in ["scale", "translation"]}
+        metres.primitives = [p | lengths(p) | {"volume": factor**3 * p["volume"]} for p in self.primitives]
+        return metres
 
 
 def attributes(ref, get, where):
@@ -363,6 +373,7 @@ def main():
         check_parameters(case, ref, docs)
         check_surfaces(case, ref)
         check_robots(case, ref)
+        check_robots(case / "scaled", ref.scaled())
         done = ["clouds", "parameters", "surfaces", "robots"]
         if ref.mesh is not None:
             check_mesh(case, ref)

@@ -28,6 +28,9 @@ const CRATES: [(&[&str], &[&str]); 2] = [
     (&["wgpu"], &["app", "render", "ui/viewport"]),
 ];
 
+/// The one file that writes to standard output, where what gets lost is noticed.
+const STANDARD_OUTPUT: &str = "io/write/standard.rs";
+
 /// All Rust files below a folder.
 fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
     for entry in fs::read_dir(folder).unwrap() {
@@ -122,6 +125,13 @@ fn modules_depend_only_on_what_the_table_allows() {
             for used in crates.iter().filter(|c| names_crate(&code, c)) {
                 if !places.iter().any(|p| name.starts_with(p)) {
                     faults.push(format!("{name} names {used}, which belongs to {places:?}"));
+                }
+            }
+        }
+        if name != STANDARD_OUTPUT {
+            for way in ["stdout()", "print!(", "println!("] {
+                if code.match_indices(way).any(|(at, _)| !code[..at].ends_with('e')) {
+                    faults.push(format!("{name} uses {way}, which is for {STANDARD_OUTPUT}"));
                 }
             }
         }

@@ -95,6 +95,13 @@ pub(super) fn finished(folder: &Path) -> Option<(Row, String)> {
     Some((record.row, record.fingerprint))
 }
 
+/// The files that a job has left in a folder, with its record.
+pub(super) fn made_before(folder: &Path) -> impl Iterator<Item = PathBuf> {
+    let files = Record::read(folder).map(|record| record.files).unwrap_or_default();
+    let names = files.into_iter().map(|entry| entry.name).filter(|name| is_below(name));
+    names.chain([RECORD_FILE.to_owned()]).map(|name| folder.join(name))
+}
+
 /// A place to work at, one's own.
 #[derive(Debug)]
 pub(super) struct Desk {
@@ -241,10 +248,10 @@ impl Desk {
             if let Some(folder) = target.join(name).parent() {
                 fs::create_dir_all(folder)?;
             }
-            fs::rename(made.join(name), target.join(name))?;
+            files::move_whole(&made.join(name), &target.join(name)).map_err(io::Error::other)?;
         }
         sync(target);
-        fs::rename(made.join(RECORD_FILE), target.join(RECORD_FILE))?;
+        files::move_whole(&made.join(RECORD_FILE), &target.join(RECORD_FILE)).map_err(io::Error::other)?;
         sync(target);
         self.sync_up_to_output(parent);
         fs::remove_dir_all(made)

@@ -2,17 +2,12 @@
 
 use std::collections::HashMap;
 use std::fs::File;
-use std::io::{self, Read};
+use std::io::{ErrorKind, Read, Result};
 use std::path::{Path, PathBuf};
-
-use serde_json::Value;
 
 use crate::geometry::SamplingOptions;
 use crate::inference::Params;
-use crate::io::percent_decoded;
-
-/// Largest glTF text whose buffers are looked for.
-const LARGEST_SCENE: u64 = 256 << 20;
+use crate::io;
 
 /// A fingerprint of some bytes (FNV-1a).
 pub(in crate::cli) fn fingerprint(parts: &[&[u8]]) -> String {
@@ -47,7 +42,7 @@ impl Hash {
 }
 
 /// Calls `take` with the bytes of a file, piece by piece.
-pub(super) fn pieces(path: &Path, mut take: impl FnMut(&[u8])) -> io::Result<u64> {
+pub(super) fn pieces(path: &Path, mut take: impl FnMut(&[u8])) -> Result<u64> {
     let mut file = File::open(path)?;
     let mut buffer = vec![0; 1 << 20];
     let mut bytes = 0;
@@ -58,7 +53,7 @@ pub(super) fn pieces(path: &Path, mut take: impl FnMut(&[u8])) -> io::Result<u64
                 take(&buffer[..n]);
                 bytes += n as u64;
             }
-            Err(e) if e.kind() == io::ErrorKind::Interrupted => {}
+            Err(e) if e.kind() == ErrorKind::Interrupted => {}
             Err(e) => return Err(e),
         }
     }
@@ -81,36 +76,18 @@ impl Inputs {
 ///
 /// # Errors
 /// Where the file can't be read.
-pub(super) fn content(path: &Path) -> io::Result<String> {
+pub(super) fn content(path: &Path) -> Result<String> {
     let mut hash = Hash::default();
     if !path.is_file() {
-        return Err(io::ErrorKind::NotFound.into());
+        return Err(ErrorKind::NotFound.into());
     }
-    let mut first = None;
-    let bytes = pieces(path, |piece| {
-        first = first.or_else(|| piece.iter().copied().find(|b| !b.is_ascii_whitespace()));
-        hash.take(piece);
-    })?;
-    if first == Some(b'{') && bytes <= LARGEST_SCENE {
-        for buffer in buffers(&std::fs::read(path)?) {
-            let beside = path.parent().unwrap_or(Path::new("")).join(buffer);
-            // What is not there is told by whoever reads the shape.
-            let length = pieces(&beside, |piece| hash.take(piece)).unwrap_or(0);
-            hash.take(&length.to_le_bytes());
-        }
+    pieces(path, |piece| hash.take(piece))?;
+    for buffer in io::buffers_beside(path) {
+        // What is not there is told by whoever reads the shape.
+        let length = pieces(&buffer, |piece| hash.take(piece)).unwrap_or(0);
+        hash.take(&length.to_le_bytes());
     }
     Ok(hash.text())
-}
-
-/// Names of the files that a glTF text keeps its buffers in.
-fn buffers(scene: &[u8]) -> Vec<String> {
-    let scene: Value = serde_json::from_slice(scene).unwrap_or_default();
-    let buffers = scene["buffers"].as_array().into_iter().flatten();
-    buffers
-        .filter_map(|buffer| buffer["uri"].as_str())
-        .filter(|uri| !uri.starts_with("data:"))
-        .map(percent_decoded)
-        .collect()
 }
 
 /// What a result depends on: the program, the input and the settings.

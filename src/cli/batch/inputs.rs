@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 
 use super::RECORD_FILE;
 use super::rows::is_table;
+use crate::cli::patterns::{is_pattern, matches};
 use crate::io;
 
 /// Bytes of a text file of a folder that are looked at to tell whether it is a
@@ -15,12 +16,7 @@ const LOOKED_AT: u64 = 8192;
 
 /// Whether something is the name of one file, and no pattern or folder.
 pub(in crate::cli) fn is_one_file(given: &Path) -> bool {
-    !given.is_dir() && pattern(given).is_none()
-}
-
-/// The pattern that is meant: something with `*`, `?` or `[` that is no file.
-fn pattern(given: &Path) -> Option<&str> {
-    given.to_str().filter(|text| text.contains(['*', '?', '[']) && !given.exists())
+    !given.is_dir() && !is_pattern(given)
 }
 
 /// The files that are meant, in the order of what was given, each once. A
@@ -34,8 +30,8 @@ fn pattern(given: &Path) -> Option<&str> {
 pub(super) fn expand(given: &[PathBuf], recursive: bool, output: &Path) -> Result<Vec<PathBuf>, String> {
     let mut listing = Listing { recursive, output, found: Vec::new() };
     for path in given {
-        if let Some(pattern) = pattern(path) {
-            listing.matches(pattern)?;
+        if is_pattern(path) {
+            listing.matches(path)?;
         } else if path.is_dir() {
             let before = listing.found.len();
             listing.folder(path)?;
@@ -64,18 +60,9 @@ struct Listing<'a> {
 }
 
 impl Listing<'_> {
-    fn matches(&mut self, pattern: &str) -> Result<(), String> {
-        // As shells have it: hidden files want to be named.
-        let options = glob::MatchOptions {
-            case_sensitive: true,
-            require_literal_separator: true,
-            require_literal_leading_dot: true,
-        };
-        let matched = glob::glob_with(pattern, options)
-            .map_err(|e| format!("the pattern {pattern} makes no sense: {}", e.msg))?;
+    fn matches(&mut self, pattern: &Path) -> Result<(), String> {
         let before = self.found.len();
-        for path in matched {
-            let path = path.map_err(|e| format!("can't list what {pattern} matches: {e}"))?;
+        for path in matches(pattern)? {
             if path.is_dir() {
                 self.folder(&path)?;
             } else {
@@ -83,7 +70,8 @@ impl Listing<'_> {
             }
         }
         if self.found.len() == before {
-            return Err(format!("the pattern {pattern} matches no shape; check the folder and the ending"));
+            let shown = pattern.display();
+            return Err(format!("the pattern {shown} matches no shape; check the folder and the ending"));
         }
         Ok(())
     }

@@ -2,19 +2,19 @@
 
 use std::collections::HashMap;
 use std::fs;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 
 use super::desk::{Desk, finished};
-use super::rows::{Place, Row, Status, all_tables, read};
+use super::rows::{self, Place, Row, Status, all_tables, read};
 use super::sweep::Part;
 use super::{RECORD_FILE, Tally, must_be_folder};
 use crate::cli::interrupt::{INTERRUPTED, cancel_on_interrupt};
-use crate::cli::{fail, say};
+use crate::cli::{fail_by, say};
 use crate::inference::Cancel;
+use crate::io::Inputs;
 
 /// Tables to merge.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,10 +34,9 @@ impl MergeJob {
                 ExitCode::from(INTERRUPTED)
             }
             Ok(Some((tally, table))) => {
-                let _ = writeln!(std::io::stdout(), "{}, results in {}", tally.summary(), table.display());
-                tally.exit()
+                tally.conclude(&format!("{}, results in {}\n", tally.summary(), table.display()))
             }
-            Err(e) => fail(&format!("{e:#}")),
+            Err(e) => fail_by(&e),
         }
     }
 
@@ -47,7 +46,14 @@ impl MergeJob {
         let about = || format!("can't read the folder {}", self.folder.display());
         let mut rows: HashMap<String, Row> = HashMap::new();
         // The newest table goes before older ones.
-        for table in all_tables(&self.folder).with_context(about)? {
+        let name = Part::All.table();
+        let tables = all_tables(&self.folder).with_context(about)?;
+        let mut inputs = Inputs::default();
+        let outputs = rows::paths(&self.folder, &name);
+        // Its own tables are made anew; a table of another run that is the same file is not.
+        tables.iter().filter(|table| !outputs.contains(table)).for_each(|table| inputs.add(table));
+        inputs.check(outputs)?;
+        for table in tables {
             let unfinished = read(&table)?.into_iter().filter(|row| row.status != Status::Ok);
             rows.extend(unfinished.map(|row| (row.name.clone(), row)));
         }
@@ -62,7 +68,6 @@ impl MergeJob {
         }
         let mut rows: Vec<Row> = rows.into_values().collect();
         rows.sort_by(|a, b| (a.job, &a.name).cmp(&(b.job, &b.name)));
-        let name = Part::All.table();
         let Some(desk) = Desk::take(&self.folder, &name, cancel)? else { return Ok(None) };
         let table = Place::new(&self.folder, &name, desk.folder()).write(&rows)?;
         Ok(Some((Tally::of(&rows), table)))

@@ -18,7 +18,6 @@ mod runner;
 mod sweep;
 
 use std::collections::HashSet;
-use std::io::Write as _;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 use std::time::Instant;
@@ -32,9 +31,10 @@ use self::runner::{End, run_all};
 use super::headless::primitives;
 use super::interrupt::{INTERRUPTED, cancel_on_interrupt};
 use super::job::Finished;
-use super::{fail, say};
+use super::{fail_by, print, say};
 use crate::geometry::SamplingOptions;
 use crate::inference::{Cancel, Params};
+use crate::io::{self, Inputs};
 use crate::worker::Source;
 
 pub(super) use self::inputs::is_one_file;
@@ -85,6 +85,8 @@ pub struct BatchJob {
     quiet: bool,
     /// More files for each job's folder, by their names.
     exports: Vec<String>,
+    /// The list that they came from.
+    manifest: Option<PathBuf>,
 }
 
 /// The exit status that tells how many of several failed.
@@ -119,15 +121,17 @@ impl Tally {
         tally
     }
 
-    /// Says which jobs failed, and gives the exit status that tells how many.
-    fn exit(&self) -> ExitCode {
+    /// Prints how it went and says which jobs failed; the exit status tells how
+    /// many.
+    fn conclude(&self, summary: &str) -> ExitCode {
+        let arrived = print(summary);
         for (name, problem) in self.failed.iter().take(MOST_LISTED) {
             say(&format!("{name}: {problem}"));
         }
         if self.failed.len() > MOST_LISTED {
             say(&format!("and {} more; the table has all of them", self.failed.len() - MOST_LISTED));
         }
-        failures(self.failed.len())
+        if self.failed.is_empty() { arrived } else { failures(self.failed.len()) }
     }
 
     /// "12 jobs: 10 done, 4 of them before; 2 failed".
@@ -163,13 +167,9 @@ impl BatchJob {
                     say(&format!("stopped: {summary}; the same command goes on from there"));
                     return ExitCode::from(INTERRUPTED);
                 }
-                if !self.quiet {
-                    // A closed pipe is no reason to call the batch a failure.
-                    let _ = writeln!(std::io::stdout(), "{summary}");
-                }
-                tally.exit()
+                tally.conclude(&if self.quiet { String::new() } else { summary + "\n" })
             }
-            Err(e) => fail(&format!("{e:#}")),
+            Err(e) => fail_by(&e),
         }
     }
 
@@ -179,6 +179,7 @@ impl BatchJob {
         if self.output.exists() && !self.output.is_dir() {
             bail!("{} is not a folder; name another one for the results", self.output.display());
         }
+        self.check_outputs()?;
         if self.jobs.is_empty() && !self.quiet {
             say(&format!("there is nothing to do for this part of the list, which has {} jobs", self.listed));
         }
@@ -250,6 +251,22 @@ impl BatchJob {
         let all: Vec<Row> = rows.into_iter().chain(others).collect();
         let table = tables.finish(&all)?;
         Ok(Some((tally, table)))
+    }
+
+    /// Refuses to write over what is read, by whichever job.
+    fn check_outputs(&self) -> anyhow::Result<()> {
+        let mut inputs = Inputs::default();
+        self.manifest.iter().chain(self.jobs.iter().map(|job| &job.input)).for_each(|path| inputs.add(path));
+        inputs.check(rows::paths(&self.output, &self.table))?;
+        for job in &self.jobs {
+            let folder = self.output.join(&job.name);
+            if folder.is_dir() {
+                inputs.check(io::run_outputs(&folder, &self.exports))?;
+                // What an earlier job has left there is cleared away.
+                inputs.check(desk::made_before(&folder))?;
+            }
+        }
+        Ok(())
     }
 
     /// The row of a job that was finished before, from the same input with the

@@ -92,7 +92,8 @@ impl BatchArgs {
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let workers = self.jobs.unwrap_or(cores);
         let (table, force) = (part.table(), self.force);
-        Ok(BatchJob { jobs, listed, output, table, workers, cores, force, quiet, exports })
+        let manifest = self.manifest;
+        Ok(BatchJob { jobs, listed, output, table, workers, cores, force, quiet, exports, manifest })
     }
 }
 

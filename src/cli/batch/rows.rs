@@ -153,7 +153,7 @@ pub(super) struct Place {
 
 impl Place {
     pub(super) fn new(folder: &Path, table: &str, desk: &Path) -> Self {
-        let (csv, json_lines) = paths(folder, table);
+        let [csv, json_lines] = paths(folder, table);
         Self { csv, json_lines, desk: desk.to_owned() }
     }
 
@@ -167,7 +167,7 @@ impl Place {
             // Made on the desk: there nothing stays if this is killed.
             let made = self.desk.join(path.file_name().unwrap_or(path.as_os_str()));
             io::write_whole(&made, &content)?;
-            fs::rename(&made, path).with_context(|| about(path))?;
+            io::move_whole(&made, path)?;
         }
         Ok(self.csv.clone())
     }
@@ -201,8 +201,9 @@ impl Tables {
     }
 }
 
-fn paths(folder: &Path, table: &str) -> (PathBuf, PathBuf) {
-    (folder.join(format!("{table}.csv")), folder.join(format!("{table}.jsonl")))
+/// The tables of a batch: CSV, and JSON lines.
+pub(super) fn paths(folder: &Path, table: &str) -> [PathBuf; 2] {
+    ["csv", "jsonl"].map(|ending| folder.join(format!("{table}.{ending}")))
 }
 
 fn about(path: &Path) -> String {
@@ -264,7 +265,7 @@ pub(super) fn read(json_lines: &Path) -> stdio::Result<Vec<Row>> {
 
 /// The rows of the table of that name, if it is there.
 pub(super) fn earlier(folder: &Path, table: &str) -> Vec<Row> {
-    read(&paths(folder, table).1).unwrap_or_default()
+    read(&paths(folder, table)[1]).unwrap_or_default()
 }
 
 /// All tables of JSON lines in a folder, the oldest first.

@@ -18,7 +18,7 @@ use super::table::Spread;
 use crate::geometry::cloud::grouped;
 use crate::geometry::{SampleCloud, SamplingOptions, sample_cloud, scatter_mesh};
 use crate::inference::{Cancel, Method, Params, Run};
-use crate::io::{self, Shape, ShapeGeometry};
+use crate::io::{self, Inputs, Shape, ShapeGeometry};
 
 const MARKDOWN_FILE: &str = "scaling.md";
 const CSV_FILE: &str = "scaling.csv";
@@ -198,6 +198,9 @@ impl ScalingJob {
             Some(path) => io::read(path)?,
             None => io::built_in()?,
         };
+        let mut inputs = Inputs::default();
+        self.shape.iter().for_each(|path| inputs.add(path));
+        inputs.check([MARKDOWN_FILE, CSV_FILE].map(|name| self.output.join(name)))?;
         fs::create_dir_all(&self.output)
             .with_context(|| format!("can't make the folder {}", self.output.display()))?;
         let bar = ProgressBar::new(self.sizes.len() as u64);

@@ -4,6 +4,7 @@ use std::collections::{HashMap, HashSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use crate::cli::patterns::{is_pattern, matches};
 use crate::io;
 
 /// Something to take a picture of.
@@ -25,21 +26,16 @@ pub(super) struct Entry {
 pub(super) fn expand(given: &[PathBuf]) -> Result<Vec<Entry>, String> {
     let mut found: Vec<(PathBuf, String)> = Vec::new();
     for path in given {
-        let as_pattern = path.to_str().filter(|text| text.contains(['*', '?', '[']) && !path.exists());
-        match as_pattern {
-            None => meant(path, &mut found)?,
-            Some(pattern) => {
-                let paths = glob::glob(pattern)
-                    .map_err(|e| format!("the pattern {pattern} makes no sense: {}", e.msg))?;
-                let before = found.len();
-                for path in paths {
-                    let path = path.map_err(|e| format!("can't list what {pattern} matches: {e}"))?;
-                    meant(&path, &mut found)?;
-                }
-                if found.len() == before {
-                    return Err(format!("the pattern {pattern} matches nothing; check the folder"));
-                }
-            }
+        if !is_pattern(path) {
+            meant(path, &mut found)?;
+            continue;
+        }
+        let before = found.len();
+        for path in matches(path)? {
+            meant(&path, &mut found)?;
+        }
+        if found.len() == before {
+            return Err(format!("the pattern {} matches nothing; check the folder", path.display()));
         }
     }
     let mut seen = HashSet::new();

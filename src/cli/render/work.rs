@@ -1,6 +1,6 @@
 //! The pictures are taken.
 
-use std::io::Write as _;
+use std::ffi::OsString;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
@@ -8,12 +8,12 @@ use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 
 use super::inputs::{Entry, expand};
-use super::{RenderJob, Turn, Viewpoint, picture_ending};
+use super::{RenderJob, Turn, Viewpoint, ending_of};
 use crate::cli::batch::failures;
 use crate::cli::interrupt::{INTERRUPTED, cancel_on_interrupt};
-use crate::cli::{fail, headless, say};
+use crate::cli::{fail_by, headless, is_folder, output, say};
 use crate::inference::Cancel;
-use crate::io::{self, AnimationFormat, AnimationWriter};
+use crate::io::{self, AnimationFormat, AnimationWriter, Inputs};
 use crate::pictures::{Figures, Painter, Sheet, Stage, Subject, Theme};
 use crate::session::camera::Camera;
 use crate::session::view::ColorBy;
@@ -22,7 +22,7 @@ pub(super) fn run(job: &RenderJob) -> ExitCode {
     let cancel = cancel_on_interrupt();
     match Work::new(job).and_then(|work| work.done(&cancel)) {
         Ok(exit) => exit,
-        Err(e) => fail(&format!("{e:#}")),
+        Err(e) => fail_by(&e),
     }
 }
 
@@ -33,22 +33,29 @@ struct Work<'a> {
     painter: Painter,
     sheet: Option<Sheet>,
     bar: ProgressBar,
+    /// Standard output is for a picture.
+    is_quiet: bool,
+    /// Why what was said did not arrive.
+    lost: Option<anyhow::Error>,
 }
 
 impl<'a> Work<'a> {
     fn new(job: &'a RenderJob) -> anyhow::Result<Self> {
         let entries = expand(&job.inputs).map_err(anyhow::Error::msg)?;
-        if let Some(output) = &job.output
-            && picture_ending(output).is_some()
-            && entries.len() > 1
-        {
-            bail!(
-                "{} is one file, and there are {} results: name a folder for their pictures, or ask for a \
-                 --sheet",
-                output.display(),
-                entries.len()
-            );
+        if let Some(output) = job.output.as_deref().filter(|output| is_one_picture(output)) {
+            let shown = output.display();
+            if entries.len() > 1 {
+                bail!(
+                    "{shown} is one file, and there are {} results: name a folder for their pictures, or ask \
+                     for a --sheet",
+                    entries.len()
+                );
+            }
+            if job.views.len() > 1 && io::is_written_through(output) {
+                bail!("{shown} takes one picture, and there are {} views: name a folder", job.views.len());
+            }
         }
+        let outputs = outputs(job, &entries)?;
         let cells = entries.len() * job.views.len();
         let sheet = match &job.sheet {
             Some(wish) => {
@@ -59,7 +66,7 @@ impl<'a> Work<'a> {
             None => None,
         };
         let painter = Painter::new()?;
-        if let Some(folder) = job.output.as_deref().filter(|output| picture_ending(output).is_none()) {
+        if let Some(folder) = job.output.as_deref().filter(|output| !is_one_picture(output)) {
             std::fs::create_dir_all(folder)
                 .with_context(|| format!("can't make the folder {}", folder.display()))?;
         }
@@ -68,7 +75,8 @@ impl<'a> Work<'a> {
         if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed} {msg}") {
             bar.set_style(style);
         }
-        Ok(Self { job, entries, painter, sheet, bar })
+        let is_quiet = outputs.iter().any(|path| io::is_standard_output(path));
+        Ok(Self { job, entries, painter, sheet, bar, is_quiet, lost: None })
     }
 
     fn done(mut self, cancel: &Cancel) -> anyhow::Result<ExitCode> {
@@ -80,6 +88,9 @@ impl<'a> Work<'a> {
             }
             self.bar.set_message(entry.title.clone());
             if let Err(e) = self.one(entry, cancel) {
+                if output::is_closed_pipe(&e) {
+                    return Err(e);
+                }
                 let problem = format!("{e:#}");
                 if let Some(sheet) = &mut self.sheet {
                     for _ in &self.job.views {
@@ -103,7 +114,11 @@ impl<'a> Work<'a> {
             self.tell(&wish.path);
         }
         failed.iter().for_each(|line| say(line));
-        Ok(if entries.len() == 1 && !failed.is_empty() { ExitCode::FAILURE } else { failures(failed.len()) })
+        match (self.lost, failed.len()) {
+            (Some(lost), 0) => Err(lost),
+            (_, 1) if entries.len() == 1 => Ok(ExitCode::FAILURE),
+            (_, failed) => Ok(failures(failed)),
+        }
     }
 
     /// All pictures of one result.
@@ -117,7 +132,7 @@ impl<'a> Work<'a> {
         let stage = self.painter.take(&subject, &view, theme(self.job), self.job.look.is_transparent);
         let cells = self.cells(entry, &subject, &stage)?;
         for viewpoint in &self.job.views {
-            let Some(path) = self.path(entry, *viewpoint) else { continue };
+            let Some(path) = path(self.job, entry, *viewpoint) else { continue };
             match self.job.turn {
                 Some(turn) => self.turntable(&stage, camera(*viewpoint, &subject), turn, &path, cancel)?,
                 None => {
@@ -200,21 +215,6 @@ impl<'a> Work<'a> {
         Ok(writer.finish()?)
     }
 
-    /// Where a picture goes; `None` where only a sheet is wanted.
-    fn path(&self, entry: &Entry, viewpoint: Viewpoint) -> Option<PathBuf> {
-        let output = self.job.output.as_deref()?;
-        let several = if self.job.views.len() > 1 { format!("-{}", viewpoint.name()) } else { String::new() };
-        let ending = if self.job.turn.is_some() { "gif" } else { "png" };
-        Some(match picture_ending(output) {
-            Some(_) if several.is_empty() => output.to_owned(),
-            Some(_) => {
-                let stem = output.file_stem().unwrap_or_default().to_string_lossy();
-                output.with_file_name(format!("{stem}{several}.{ending}"))
-            }
-            None => output.join(format!("{}{several}.{ending}", entry.name)),
-        })
-    }
-
     /// What was asked for and can't be told of this result.
     fn missing(&self, subject: &Subject) -> Option<&'static str> {
         match self.job.look.color_by? {
@@ -231,14 +231,55 @@ impl<'a> Work<'a> {
         }
     }
 
-    fn tell(&self, path: &Path) {
-        if !self.job.quiet {
-            // A closed pipe is no reason to call the job a failure.
-            self.bar.suspend(|| {
-                let _ = writeln!(std::io::stdout(), "wrote {}", path.display());
-            });
+    /// Says what was written.
+    fn tell(&mut self, path: &Path) {
+        if !self.job.quiet && !self.is_quiet {
+            let told = self.bar.suspend(|| output::tell(&format!("wrote {}\n", path.display())));
+            self.lost = self.lost.take().or(told.err());
         }
     }
+}
+
+/// All files that are to be written.
+///
+/// # Errors
+/// Where one of them is read, too, or would be written twice.
+fn outputs(job: &RenderJob, entries: &[Entry]) -> anyhow::Result<Vec<PathBuf>> {
+    let mut inputs = Inputs::default();
+    entries.iter().for_each(|entry| inputs.add_result(&entry.path));
+    let pictures = entries
+        .iter()
+        .flat_map(|entry| job.views.iter().filter_map(|viewpoint| path(job, entry, *viewpoint)));
+    let mut outputs: Vec<PathBuf> = pictures.collect();
+    if let Some(sheet) = &job.sheet {
+        if outputs.contains(&sheet.path) {
+            bail!("{} is to be a picture and the sheet; give them two names", sheet.path.display());
+        }
+        outputs.push(sheet.path.clone());
+    }
+    inputs.check(&outputs)?;
+    Ok(outputs)
+}
+
+/// Whether pictures go to one file, and not to a folder.
+fn is_one_picture(output: &Path) -> bool {
+    !is_folder(output) && (io::is_written_through(output) || ending_of(output).is_some())
+}
+
+/// Where a picture goes; `None` where only a sheet is wanted.
+fn path(job: &RenderJob, entry: &Entry, viewpoint: Viewpoint) -> Option<PathBuf> {
+    let output = job.output.as_deref()?;
+    let several = if job.views.len() > 1 { format!("-{}", viewpoint.name()) } else { String::new() };
+    let ending = if job.turn.is_some() { "gif" } else { "png" };
+    Some(match is_one_picture(output) {
+        true if several.is_empty() => output.to_owned(),
+        true => {
+            let mut name: OsString = output.file_stem().unwrap_or_default().to_owned();
+            name.push(format!("{several}.{ending}"));
+            output.with_file_name(name)
+        }
+        false => output.join(format!("{}{several}.{ending}", entry.name)),
+    })
 }
 
 fn theme(job: &RenderJob) -> Theme {

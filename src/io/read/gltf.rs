@@ -17,10 +17,12 @@ use super::raw::Raw;
 use super::text::{counted, decode};
 use crate::io::error::Fault;
 use accessors::Data;
-pub(crate) use buffers::percent_decoded;
+pub use beside::buffers_beside;
+pub(crate) use buffers::percent_bytes;
 use schema::{Node, Primitive, Root};
 
 mod accessors;
+mod beside;
 mod buffers;
 mod schema;
 

@@ -23,7 +23,8 @@ use std::path::{Path, PathBuf};
 use super::{Content, ReadError, Shape};
 use detect::Format;
 
-pub(crate) use gltf::percent_decoded;
+pub use gltf::buffers_beside;
+pub(crate) use gltf::percent_bytes;
 pub use results::{FoundAs, LabelledPoints, OpenedResult, holds_primitives, open_result};
 
 /// Largest file that is read, in bytes.

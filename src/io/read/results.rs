@@ -15,7 +15,7 @@ use crate::geometry::tessellate::{Resolution, tessellate};
 use crate::geometry::{Isolated, NO_SAMPLE, SampleCloud, SamplingOptions, Surface, TriMesh, sample_cloud};
 use crate::inference::{Edit, UNASSIGNED};
 use crate::io::write::{REPORT_FILE, SEGMENTED_FILE};
-use crate::io::{Attributes, Content, PointCloud, ReadError, Shape, ShapeGeometry};
+use crate::io::{Attributes, Content, PointCloud, ReadError, Shape, ShapeGeometry, StoredPath};
 
 /// How much of a file is looked at.
 const HEAD: u64 = 4 << 10;
@@ -226,8 +226,8 @@ struct Wish<T> {
 #[derive(Debug, Deserialize)]
 struct Input {
     name: String,
-    path: Option<PathBuf>,
-    relative_path: Option<PathBuf>,
+    path: Option<StoredPath>,
+    relative_path: Option<StoredPath>,
     built_in: Option<bool>,
     bytes: Option<u64>,
     crc32: Option<String>,
@@ -266,10 +266,10 @@ impl Input {
             return Ok(if self.has_counts_of(&shape) { Ok(shape) } else { Err(why.to_owned()) });
         }
         let folder = beside.parent().unwrap_or(Path::new(""));
-        let written = [self.relative_path.as_ref(), self.path.as_ref()].into_iter().flatten();
+        let written = [&self.relative_path, &self.path].into_iter().flatten().map(|stored| stored.0.as_path());
         // A path of the first versions may be one from where they were started.
         let mut places: Vec<PathBuf> =
-            written.map(|path| way(folder, path)).chain(self.path.clone()).collect();
+            written.map(|path| way(folder, path)).chain(self.path.clone().map(|stored| stored.0)).collect();
         let mut seen = HashSet::new();
         places.retain(|place| seen.insert(place.clone()));
         for place in &places {

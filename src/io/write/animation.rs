@@ -4,8 +4,10 @@ use std::fs;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-use tempfile::{NamedTempFile, TempDir};
+use tempfile::TempDir;
 
+use super::atomic::Staged;
+use super::place::{Place, folder_of};
 use crate::io::WriteError;
 
 /// How an animation is kept.
@@ -32,8 +34,8 @@ pub struct AnimationWriter {
 }
 
 enum Target {
-    Gif { encoder: Box<gif::Encoder<BufWriter<NamedTempFile>>>, delay: u16 },
-    Pngs { folder: TempDir, digits: usize, written: usize },
+    Gif { encoder: Box<gif::Encoder<BufWriter<Staged>>>, delay: u16 },
+    Pngs { folder: TempDir, place: PathBuf, digits: usize, written: usize },
 }
 
 impl std::fmt::Debug for AnimationWriter {
@@ -57,17 +59,9 @@ impl AnimationWriter {
         seconds: f64,
     ) -> Result<Self, WriteError> {
         let failed = |reason| WriteError::Io { path: path.to_owned(), reason };
-        let beside = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-        let mut builder = tempfile::Builder::new();
-        builder.prefix(".superform-").suffix(".part");
         let target = match format {
             AnimationFormat::Gif => {
-                if path.is_dir() {
-                    return Err(WriteError::IsAFolder { path: path.to_owned() });
-                }
-                #[cfg(unix)]
-                builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-                let file = builder.tempfile_in(beside).map_err(|e| failed(e.kind().into()))?;
+                let file = Staged::begin(path)?;
                 let [width, height] = size.map(|s| u16::try_from(s).unwrap_or(u16::MAX));
                 let mut encoder = gif::Encoder::new(BufWriter::new(file), width, height, &[])
                     .map_err(|e| failed(io_error(e)))?;
@@ -76,19 +70,24 @@ impl AnimationWriter {
                 Target::Gif { encoder: Box::new(encoder), delay }
             }
             AnimationFormat::Pngs => {
+                let place = Place::of(path).map_err(failed)?;
+                let path = place.file().unwrap_or(path);
                 let is_taken = match fs::read_dir(path) {
                     Ok(mut entries) => entries.next().is_some(),
-                    Err(_) => path.exists(),
+                    Err(_) => path.exists() || place.file().is_none(),
                 };
                 if is_taken {
                     let reason =
                         std::io::Error::new(std::io::ErrorKind::AlreadyExists, "something is there already");
                     return Err(failed(reason));
                 }
+                let mut builder = tempfile::Builder::new();
+                builder.prefix(".superform-").suffix(".part");
                 #[cfg(unix)]
                 builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-                let folder = builder.tempdir_in(beside).map_err(|e| failed(e.kind().into()))?;
-                Target::Pngs { folder, digits: frames.to_string().len().max(3), written: 0 }
+                let folder = builder.tempdir_in(folder_of(path)).map_err(|e| failed(e.kind().into()))?;
+                let digits = frames.to_string().len().max(3);
+                Target::Pngs { folder, place: path.to_owned(), digits, written: 0 }
             }
         };
         Ok(Self { path: path.to_owned(), size, target })
@@ -113,7 +112,7 @@ impl AnimationWriter {
                 frame.dispose = gif::DisposalMethod::Background;
                 encoder.write_frame(&frame).map_err(|e| failed(io_error(e)))
             }
-            Target::Pngs { folder, digits, written } => {
+            Target::Pngs { folder, digits, written, .. } => {
                 *written += 1;
                 let name = format!("frame-{:0digits$}.png", *written, digits = *digits);
                 picture
@@ -133,16 +132,14 @@ impl AnimationWriter {
         match target {
             Target::Gif { encoder, .. } => {
                 let file = encoder.into_inner().map_err(|e| failed(io_error(e)))?;
-                let file = file.into_inner().map_err(|e| failed(e.into_error()))?;
-                file.as_file().sync_all().map_err(failed)?;
-                file.persist(&path).map(drop).map_err(|e| failed(e.error))
+                file.into_inner().map_err(|e| failed(e.into_error()))?.persist()
             }
-            Target::Pngs { folder, .. } => {
+            Target::Pngs { folder, place, .. } => {
                 // Only what is empty: this fails where there is something by now.
-                if path.is_dir() {
-                    fs::remove_dir(&path).map_err(failed)?;
+                if place.is_dir() {
+                    fs::remove_dir(&place).map_err(failed)?;
                 }
-                fs::rename(folder.path(), &path).map_err(failed)?;
+                fs::rename(folder.path(), &place).map_err(failed)?;
                 // It has moved away: nothing is left to be removed.
                 drop(folder.keep());
                 Ok(())

@@ -1,11 +1,14 @@
 //! Files that are written whole or not at all, one or several.
 
-use std::fs;
-use std::io::{self, BufWriter, Write};
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Seek, Write};
+#[cfg(unix)]
+use std::os::unix::fs::PermissionsExt as _;
 use std::path::{Path, PathBuf};
 
 use tempfile::{NamedTempFile, TempPath};
 
+use super::place::{Place, folder_of};
 use crate::io::WriteError;
 
 /// Writes some bytes as a file.
@@ -13,8 +16,7 @@ use crate::io::WriteError;
 /// # Errors
 /// Where the file can't be written. It is written whole or not at all.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), WriteError> {
-    let file = staged(path, |w| w.write_all(content))?;
-    persist(file, path)
+    Staged::with(path, |w| w.write_all(content))?.persist()
 }
 
 /// Writes a file piece by piece.
@@ -25,49 +27,119 @@ pub fn write_streamed(
     path: &Path,
     content: impl FnOnce(&mut dyn Write) -> io::Result<()>,
 ) -> Result<(), WriteError> {
-    let file = staged(path, |w| content(w))?;
-    persist(file, path)
+    Staged::with(path, |w| content(w))?.persist()
+}
+
+/// Gives a file that was made elsewhere its name, in place of what stood there,
+/// as if it had been written there.
+///
+/// # Errors
+/// Where it can't have it. Then both are as they were.
+pub fn move_whole(from: &Path, to: &Path) -> Result<(), WriteError> {
+    let failed = |reason| WriteError::Io { path: to.to_owned(), reason };
+    let place = Place::of(to).map_err(failed)?;
+    if let Some(file) = place.file().filter(|file| !file.is_dir())
+        && keep_mode(file, from).and_then(|()| fs::rename(from, file)).is_ok()
+    {
+        return Ok(());
+    }
+    let mut content = File::open(from).map_err(failed)?;
+    Staged::with(to, |w| io::copy(&mut content, w).map(drop))?.persist()?;
+    fs::remove_file(from).map_err(failed)
 }
 
 /// What a file is written through.
-pub(super) type Sink<'a> = BufWriter<&'a mut fs::File>;
+pub(super) type Sink<'a> = BufWriter<&'a mut File>;
 
-/// A temporary file with the content, in the folder of `path`. It goes when
-/// it is dropped.
-pub(super) fn staged(
-    path: &Path,
-    content: impl FnOnce(&mut Sink<'_>) -> io::Result<()>,
-) -> Result<NamedTempFile, WriteError> {
-    let failed = |reason: io::Error| match reason.kind() {
-        io::ErrorKind::InvalidData => {
-            WriteError::Content { path: path.to_owned(), problem: reason.to_string() }
+/// The content of a file on its way. It is gone when it is dropped.
+#[derive(Debug)]
+pub(super) struct Staged {
+    /// As a person named it.
+    path: PathBuf,
+    place: Place,
+    /// Beside the file whose name it takes; elsewhere if there is none.
+    content: NamedTempFile,
+}
+
+impl Staged {
+    /// Begins the content of a file.
+    pub(super) fn begin(path: &Path) -> Result<Self, WriteError> {
+        if path.is_dir() {
+            return Err(WriteError::IsAFolder { path: path.to_owned() });
         }
-        _ => WriteError::Io { path: path.to_owned(), reason },
-    };
-    if path.is_dir() {
-        return Err(WriteError::IsAFolder { path: path.to_owned() });
+        let failed = |reason| WriteError::Io { path: path.to_owned(), reason };
+        let place = Place::of(path).map_err(failed)?;
+        let folder = match place.file() {
+            Some(file) => folder_of(file).to_owned(),
+            None => std::env::temp_dir(),
+        };
+        if !folder.is_dir() {
+            return Err(WriteError::NoFolder { path: path.to_owned(), folder });
+        }
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".superform-").suffix(".part");
+        // Temporary files are private by default; results follow the umask.
+        #[cfg(unix)]
+        if place.file().is_some() {
+            builder.permissions(fs::Permissions::from_mode(0o666));
+        }
+        // The kind alone: the full text names the temporary file, which means nothing to anybody.
+        let content = builder.tempfile_in(folder).map_err(|e| failed(e.kind().into()))?;
+        Ok(Self { path: path.to_owned(), place, content })
     }
-    let mut builder = tempfile::Builder::new();
-    builder.prefix(".superform-").suffix(".part");
-    // Temporary files are private by default; results follow the umask.
+
+    /// The whole content of a file.
+    pub(super) fn with(
+        path: &Path,
+        content: impl FnOnce(&mut Sink<'_>) -> io::Result<()>,
+    ) -> Result<Self, WriteError> {
+        let mut staged = Self::begin(path)?;
+        let failed = |reason: io::Error| match reason.kind() {
+            io::ErrorKind::InvalidData => {
+                WriteError::Content { path: path.to_owned(), problem: reason.to_string() }
+            }
+            _ => WriteError::Io { path: path.to_owned(), reason },
+        };
+        let mut writer = BufWriter::with_capacity(1 << 18, staged.content.as_file_mut());
+        content(&mut writer).and_then(|()| writer.flush()).map_err(failed)?;
+        drop(writer);
+        // Now rather than when it gets its name: others may come with it.
+        staged.content.as_file().sync_all().map_err(failed)?;
+        Ok(staged)
+    }
+
+    /// Gives the content its name, in place of what stood there, or passes it on
+    /// where there is no file to replace.
+    pub(super) fn persist(self) -> Result<(), WriteError> {
+        let Self { path, place, mut content } = self;
+        let failed = |reason| WriteError::Io { path, reason };
+        let Some(file) = place.file() else {
+            let passed_on = content.rewind().and_then(|()| place.pass_on(content.as_file_mut()));
+            return passed_on.map_err(failed);
+        };
+        let ready = content.as_file().sync_all().and_then(|()| keep_mode(file, content.path()));
+        let named = ready.and_then(|()| content.persist(file).map_err(|e| e.error));
+        named.map(drop).map_err(failed)
+    }
+}
+
+impl Write for Staged {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        self.content.write(bytes)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        self.content.flush()
+    }
+}
+
+/// Gives the file that takes another's place its permissions.
+fn keep_mode(former: &Path, new: &Path) -> io::Result<()> {
     #[cfg(unix)]
-    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
-    // The kind alone: the full text names the temporary file, which means nothing to anybody.
-    let mut file = builder.tempfile_in(folder_of(path)).map_err(|e| failed(e.kind().into()))?;
-    let mut writer = BufWriter::with_capacity(1 << 18, file.as_file_mut());
-    content(&mut writer).and_then(|()| writer.flush()).map_err(failed)?;
-    drop(writer);
-    file.as_file().sync_all().map_err(failed)?;
-    Ok(file)
-}
-
-fn folder_of(path: &Path) -> &Path {
-    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
-}
-
-/// Gives a temporary file its name, in place of what stood there.
-pub(super) fn persist(file: NamedTempFile, path: &Path) -> Result<(), WriteError> {
-    file.persist(path).map(drop).map_err(|e| WriteError::Io { path: path.to_owned(), reason: e.error })
+    if let Ok(about) = fs::metadata(former) {
+        return fs::set_permissions(new, fs::Permissions::from_mode(about.permissions().mode() & 0o777));
+    }
+    Ok(())
 }
 
 /// What can't be said in a file is an error of its content.
@@ -81,7 +153,7 @@ pub(super) fn unfit(problem: impl Into<String>) -> io::Error {
 pub(super) struct Together {
     /// Folders that were made for the files, the outermost first.
     made: Vec<PathBuf>,
-    files: Vec<(NamedTempFile, PathBuf)>,
+    files: Vec<Staged>,
 }
 
 impl Together {
@@ -108,20 +180,24 @@ impl Together {
         path: &Path,
         content: impl FnOnce(&mut Sink<'_>) -> io::Result<()>,
     ) -> Result<(), WriteError> {
-        self.files.push((staged(path, content)?, path.to_owned()));
+        self.files.push(Staged::with(path, content)?);
         Ok(())
     }
 
-    /// Gives all files their names, in the order in which they were added.
-    /// Where one of them can't have its name, what stood at the others' is put
-    /// back.
+    /// Gives all files their names, in the order in which they were added; what
+    /// is passed on comes last. Where one of them can't have its name, what stood
+    /// at the others' is put back.
     pub(super) fn persist(mut self) -> Result<Vec<PathBuf>, WriteError> {
+        let mut files = std::mem::take(&mut self.files);
+        let paths = files.iter().map(|staged| staged.path.clone()).collect();
+        files.sort_by_key(|staged| staged.place.file().is_none());
         let mut placed: Vec<(PathBuf, Option<TempPath>)> = Vec::new();
         let mut failure = None;
-        for (file, path) in std::mem::take(&mut self.files) {
-            let former = former(&path);
-            match former.and_then(|former| persist(file, &path).map(|()| former)) {
-                Ok(former) => placed.push((path, former)),
+        for staged in files {
+            let file = staged.place.file().map(Path::to_owned);
+            let former = file.as_deref().map_or(Ok(None), former);
+            match former.and_then(|former| staged.persist().map(|()| former)) {
+                Ok(former) => placed.extend(file.map(|file| (file, former))),
                 Err(error) => {
                     failure = Some(error);
                     break;
@@ -130,13 +206,13 @@ impl Together {
         }
         let Some(error) = failure else {
             self.made.clear();
-            return Ok(placed.into_iter().map(|(path, _)| path).collect());
+            return Ok(paths);
         };
-        for (path, former) in placed.into_iter().rev() {
+        for (file, former) in placed.into_iter().rev() {
             // Nothing can be done where this fails, too.
             let _ = match former {
-                Some(former) => former.persist(&path).map_err(|e| e.error),
-                None => fs::remove_file(&path),
+                Some(former) => former.persist(&file).map_err(|e| e.error),
+                None => fs::remove_file(&file),
             };
         }
         Err(error)

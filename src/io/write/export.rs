@@ -1,5 +1,6 @@
 //! Writing a result in a format of the registry.
 
+use std::fs;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
@@ -8,6 +9,7 @@ use super::cloud::{SegmentedCloud, mean_place};
 use super::formats::{ExportOptions, Format, Kind};
 use super::params::{PrimitiveSet, primitives_text};
 use super::parts::{Parts, input_mesh};
+use super::place::is_written_through;
 use super::robot::{self, Robot};
 use super::{Outcome, glb, meshes};
 use crate::io::{ShapeGeometry, WriteError};
@@ -145,6 +147,27 @@ pub fn estimated_size(format: Format, options: &ExportOptions, outcome: &Outcome
     }
 }
 
+/// The files that [`export`] would write over, as far as they are there, and the
+/// one that it is for.
+pub fn outputs(path: &Path, format: Format, options: &ExportOptions) -> Vec<PathBuf> {
+    let mut outputs = vec![path.to_owned()];
+    if matches!(format, Format::MeshObj | Format::SurfacesObj) && options.colors {
+        outputs.extend(materials(path));
+    }
+    if matches!(format, Format::Urdf | Format::Mjcf) {
+        let there = fs::read_dir(robot::meshes_folder(path)).into_iter().flatten().flatten();
+        outputs.extend(there.filter(|entry| robot::is_mesh(&entry.file_name())).map(|entry| entry.path()));
+    }
+    outputs
+}
+
+/// The file beside an OBJ that has its colours, if there is a place beside it.
+fn materials(path: &Path) -> Option<PathBuf> {
+    // The OBJ is text, and must be able to name it.
+    let name = path.with_extension("mtl").file_name()?.to_string_lossy().into_owned();
+    (!is_written_through(path)).then(|| path.with_file_name(name))
+}
+
 /// What is written from.
 #[derive(Clone, Copy)]
 enum Source<'a> {
@@ -277,14 +300,18 @@ impl Writing {
                 self.files.stage(path, |w| meshes::stl_binary(w, parts, colors))
             }
             _ => {
-                let materials = path.with_extension("mtl");
-                let name = materials.file_name().map(|n| n.to_string_lossy().into_owned());
-                let name = name.filter(|_| colors);
-                self.files.stage(path, |w| meshes::obj(w, parts, name.as_deref()))?;
-                if colors {
-                    self.files.stage(&materials, |w| meshes::mtl(w, parts))?;
+                let materials = materials(path).filter(|_| colors);
+                if colors && materials.is_none() {
+                    let lost = "an OBJ has its colours in a file beside it, and here is no place for one: \
+                                they are left out";
+                    self.notes.push(lost.to_owned());
                 }
-                Ok(())
+                let name = materials.as_deref().and_then(Path::file_name).map(|n| n.to_string_lossy());
+                self.files.stage(path, |w| meshes::obj(w, parts, name.as_deref()))?;
+                match materials {
+                    Some(materials) => self.files.stage(&materials, |w| meshes::mtl(w, parts)),
+                    None => Ok(()),
+                }
             }
         }
     }
@@ -296,11 +323,15 @@ impl Writing {
         options: &ExportOptions,
         set: &PrimitiveSet<'_>,
     ) -> Result<(), WriteError> {
-        let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-        let robot = Robot::new(set, options, &stem).map_err(content(path))?;
+        if is_written_through(path) {
+            let problem =
+                format!("{format} has meshes beside it, and here is no place for them; name a file");
+            return Err(WriteError::Content { path: path.to_owned(), problem });
+        }
+        let robot = Robot::new(set, options, robot::name(path)).map_err(content(path))?;
         let text = if format == Format::Urdf { robot.urdf() } else { robot.mjcf() };
         self.files.stage(path, |w| w.write_all(text.as_bytes()))?;
-        let folder = path.with_file_name(&robot.folder);
+        let folder = robot::meshes_folder(path);
         self.files.folder(&folder)?;
         for (name, mesh) in robot.meshes() {
             self.files.stage(&folder.join(name), |w| meshes::stl_binary(w, mesh, false))?;

@@ -54,6 +54,8 @@ pub enum Choice {
     ExactShapes,
     /// [`ExportOptions::density`].
     Density,
+    /// [`ExportOptions::scale`].
+    Scale,
 }
 
 impl Choice {
@@ -68,6 +70,7 @@ impl Choice {
             Self::Resolution => "Resolution",
             Self::ExactShapes => "Spheres, boxes and cylinders as such",
             Self::Density => "Density",
+            Self::Scale => "Metres per unit",
         }
     }
 
@@ -90,7 +93,10 @@ impl Choice {
                 "Where a primitive nearly is one, simulators get it as such: contacts are faster and smoother than with a mesh."
             }
             Self::Density => {
-                "Mass and inertia come from the volume, at so many kilograms a cubic unit of the input."
+                "Mass and inertia come from the volume, at so many kilograms a cubic metre: 1000 is water."
+            }
+            Self::Scale => {
+                "Simulators take lengths as metres. For an input in millimetres this is 0.001, in inches 0.0254."
             }
         }
     }
@@ -116,8 +122,10 @@ pub struct ExportOptions {
     /// Spheres, boxes and cylinders as such in robot models, where a primitive
     /// is one within the tolerance.
     pub exact_shapes: bool,
-    /// Mass per volume, in kg per cubic unit of the input.
+    /// Mass per volume of a robot model, in kg per cubic metre.
     pub density: f64,
+    /// Length of a unit of the input in a robot model, in metres.
+    pub scale: f64,
 }
 
 impl Default for ExportOptions {
@@ -131,14 +139,16 @@ impl Default for ExportOptions {
             resolution: 16,
             exact_shapes: true,
             density: 1000.0,
+            scale: 1.0,
         }
     }
 }
 
 impl ExportOptions {
-    /// Limits of the resolution and the density.
+    /// Limits of the numbers.
     pub const RESOLUTION: (usize, usize) = (2, 128);
     pub const DENSITY: (f64, f64) = (1e-9, 1e9);
+    pub const SCALE: (f64, f64) = (1e-9, 1e9);
 
     /// Says which option is out of its limits, if one is.
     ///
@@ -152,12 +162,12 @@ impl ExportOptions {
                 self.resolution
             ));
         }
-        let (least, most) = Self::DENSITY;
-        if !(self.density >= least && self.density <= most) {
-            return Err(format!(
-                "density is {:?}, but must lie between {least:?} and {most:?}",
-                self.density
-            ));
+        for (name, value, (least, most)) in
+            [("density", self.density, Self::DENSITY), ("scale", self.scale, Self::SCALE)]
+        {
+            if !(value >= least && value <= most) {
+                return Err(format!("{name} is {value:?}, but must lie between {least:?} and {most:?}"));
+            }
         }
         Ok(())
     }
@@ -226,7 +236,8 @@ impl Format {
 
     fn about(self) -> About {
         use Choice::{
-            Binary, Colors, Density, Doubles, ExactShapes, InputAttributes, Resolution, SplitBoundaries,
+            Binary, Colors, Density, Doubles, ExactShapes, InputAttributes, Resolution, Scale,
+            SplitBoundaries,
         };
         let about = |name, ending, kind, title, description, choices| About {
             name,
@@ -371,7 +382,7 @@ impl Format {
                 Kind::Scene,
                 "URDF",
                 "For ROS, PyBullet, Drake, Isaac: a link a primitive with visual, convex collision, mass and inertia",
-                &[Colors, Resolution, ExactShapes, Density],
+                &[Colors, Resolution, ExactShapes, Density, Scale],
             ),
             Self::Mjcf => about(
                 "mjcf",
@@ -379,7 +390,7 @@ impl Format {
                 Kind::Scene,
                 "MJCF",
                 "For MuJoCo: a free body, in it a body a primitive with convex geoms, mass and inertia",
-                &[Colors, Resolution, ExactShapes, Density],
+                &[Colors, Resolution, ExactShapes, Density, Scale],
             ),
         }
     }
@@ -511,5 +522,6 @@ mod tests {
         assert!(with(|o| o.resolution = 0).contains("resolution is 0"));
         assert!(with(|o| o.density = f64::NAN).contains("density is NaN"));
         assert!(with(|o| o.density = -1.0).contains("between"));
+        assert!(with(|o| o.scale = 0.0).contains("scale is 0.0"));
     }
 }

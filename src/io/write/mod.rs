@@ -10,23 +10,27 @@ mod meshes;
 mod npy;
 mod params;
 mod parts;
+mod place;
 mod report;
 mod robot;
+mod standard;
 
 use std::io::{self, Write};
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 
 pub use animation::{AnimationFormat, AnimationWriter, LARGEST_GIF};
-pub use atomic::{write_streamed, write_whole};
-pub use export::{Exported, estimated_size, export, export_all, export_primitives};
+pub use atomic::{move_whole, write_streamed, write_whole};
+pub use export::{Exported, estimated_size, export, export_all, export_primitives, outputs};
 pub use formats::{Choice, ExportOptions, Format, Kind};
 pub(super) use params::PrimitiveEntry;
 pub use params::{PrimitiveSet, primitives_text};
+pub use place::{is_standard_output, is_written_through};
 pub use report::{PhaseTimes, RunRecord, write_report_json};
+pub use standard::print;
 
-use self::atomic::{persist, staged};
+use self::atomic::Staged;
 use self::cloud::SegmentedCloud;
 use self::export::Writing;
 use super::{Shape, WriteError};
@@ -66,8 +70,7 @@ pub struct Outcome<'a> {
 /// # Errors
 /// Where the file can't be written. It is written whole or not at all.
 pub fn write_segmented_ply(path: &Path, outcome: &Outcome<'_>) -> Result<(), WriteError> {
-    let file = staged(path, |w| segmented_ply(w, outcome))?;
-    persist(file, path)
+    Staged::with(path, |w| segmented_ply(w, outcome))?.persist()
 }
 
 /// Writes the primitives as JSON: `{"format": "superform-primitives",
@@ -80,8 +83,7 @@ pub fn write_segmented_ply(path: &Path, outcome: &Outcome<'_>) -> Result<(), Wri
 /// Where the file can't be written or a primitive has a parameter that is not
 /// finite. It is written whole or not at all.
 pub fn write_primitives_json(path: &Path, outcome: &Outcome<'_>) -> Result<(), WriteError> {
-    let file = staged(path, |w| PrimitiveSet::from(outcome).json(w))?;
-    persist(file, path)
+    Staged::with(path, |w| PrimitiveSet::from(outcome).json(w))?.persist()
 }
 
 /// Writes a picture as PNG.
@@ -89,8 +91,7 @@ pub fn write_primitives_json(path: &Path, outcome: &Outcome<'_>) -> Result<(), W
 /// # Errors
 /// Where the file can't be written. It is written whole or not at all.
 pub fn write_picture(path: &Path, picture: &image::RgbaImage) -> Result<(), WriteError> {
-    let file = staged(path, |w| picture.write_to(w, image::ImageFormat::Png).map_err(io::Error::other))?;
-    persist(file, path)
+    Staged::with(path, |w| picture.write_to(w, image::ImageFormat::Png).map_err(io::Error::other))?.persist()
 }
 
 /// Writes the three files of a run into a folder, which is made if it isn't
@@ -113,6 +114,16 @@ pub fn write_run(
     writing.files.stage(&folder.join(REPORT_FILE), |w| report::report_json(w, folder, outcome, record))?;
     writing.all(folder, more, &ExportOptions::default(), outcome)?;
     writing.finish()
+}
+
+/// The files that [`write_run`] would write over, and those that it is for.
+pub fn run_outputs(folder: &Path, more: &[String]) -> Vec<PathBuf> {
+    let more = more.iter().flat_map(|name| {
+        let format = Format::from_path(Path::new(name), None);
+        format.map(|format| outputs(&folder.join(name), format, &ExportOptions::default()))
+    });
+    let own = [SEGMENTED_FILE, PRIMITIVES_FILE, REPORT_FILE].map(|name| folder.join(name));
+    own.into_iter().chain(more.flatten()).collect()
 }
 
 fn segmented_ply(w: &mut impl Write, outcome: &Outcome<'_>) -> io::Result<()> {

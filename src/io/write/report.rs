@@ -6,11 +6,11 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::atomic::{persist, staged};
+use super::atomic::Staged;
 use super::{Outcome, json};
 use crate::geometry::{Isolated, SampledPart, Surface};
 use crate::inference::{MergeReport, Method, Params, Phase, UNASSIGNED};
-use crate::io::{Content, Shape, ShapeGeometry, WriteError};
+use crate::io::{Content, Shape, ShapeGeometry, StoredPath, WriteError};
 
 /// How a run went, for the report.
 #[derive(Debug, Clone, Default)]
@@ -47,8 +47,7 @@ pub struct PhaseTimes {
 /// Where the file can't be written. It is written whole or not at all.
 pub fn write_report_json(path: &Path, outcome: &Outcome<'_>, record: &RunRecord) -> Result<(), WriteError> {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let file = staged(path, |w| report_json(w, folder, outcome, record))?;
-    persist(file, path)
+    Staged::with(path, |w| report_json(w, folder, outcome, record))?.persist()
 }
 
 #[derive(Debug, Serialize)]
@@ -82,8 +81,8 @@ struct ReportFile<'a> {
 #[derive(Debug, Serialize)]
 struct InputEntry<'a> {
     name: &'a str,
-    /// Absolute; `null` where it was read from no file, or its name is no text.
-    path: Option<String>,
+    /// Absolute; `null` where it was read from no file.
+    path: Option<StoredPath>,
     /// The same from the folder of the report on, with `/` between the names, for
     /// the case that both are moved together.
     relative_path: Option<String>,
@@ -160,7 +159,7 @@ impl<'a> InputEntry<'a> {
         };
         Self {
             name: &shape.name,
-            path: absolute.and_then(|path| path.to_str().map(str::to_owned)),
+            path: absolute.map(StoredPath),
             relative_path: path.and_then(|path| relative(path, folder)),
             built_in: shape.content == Some(Content::BuiltIn),
             bytes,

@@ -2,8 +2,10 @@
 //! they refer to.
 
 use std::f64::consts::PI;
+use std::ffi::OsStr;
 use std::fmt::Write as _;
 use std::io;
+use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
@@ -28,6 +30,13 @@ const HULL: f64 = 1e-3;
 const COLLISION: Resolution = Resolution { profile: 6, section: 6 };
 /// Simulators take no mesh with more than 200,000 faces.
 const FINEST: usize = 96;
+/// Beginning of the names of links and meshes; the primitive's id follows.
+const LINK: &str = "primitive_";
+/// MuJoCo takes no moving body whose mass or moment of inertia is not larger
+/// (mjMINVAL), in SI units.
+const LEAST: f64 = 1e-15;
+/// Kilograms that no machine has: a thousand tonnes.
+const HEAVIEST: f64 = 1e6;
 
 /// A body that simulators know.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -116,18 +125,45 @@ struct Body {
 pub(super) struct Robot {
     name: String,
     /// Name of the folder of the meshes.
-    pub(super) folder: String,
+    folder: String,
     bodies: Vec<Body>,
+    scale: f64,
     colors: bool,
 }
 
+/// What the model of a file is called: like the file, as far as simulators take
+/// its letters.
+pub(super) fn name(path: &Path) -> String {
+    let stem = path.file_stem().unwrap_or_default().to_string_lossy();
+    let name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    if name.is_empty() { "superform".to_owned() } else { name }
+}
+
+/// The folder of its meshes.
+pub(super) fn meshes_folder(path: &Path) -> PathBuf {
+    path.with_file_name(folder_name(&name(path)))
+}
+
+fn folder_name(name: &str) -> String {
+    format!("{name}_meshes")
+}
+
+/// Whether a file of that folder may be one of its meshes.
+pub(super) fn is_mesh(name: &OsStr) -> bool {
+    name.as_encoded_bytes().starts_with(LINK.as_bytes())
+}
+
 impl Robot {
-    /// The model of primitives, called by the file's name without its ending.
-    pub(super) fn new(set: &PrimitiveSet<'_>, options: &ExportOptions, stem: &str) -> io::Result<Self> {
-        let name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
+    /// The model of primitives.
+    pub(super) fn new(set: &PrimitiveSet<'_>, options: &ExportOptions, name: String) -> io::Result<Self> {
         let fine = options.resolution.min(FINEST);
         let bodies = set.primitives.iter().map(|primitive| {
             let shape = checked(primitive)?.shape;
+            let shape = Superquadric {
+                semi_axes: options.scale * shape.semi_axes,
+                translation: options.scale * shape.translation,
+                ..shape
+            };
             let local = Superquadric {
                 rotation: nalgebra::Rotation3::identity(),
                 translation: Vector3::zeros(),
@@ -144,7 +180,7 @@ impl Robot {
             let larger = volume(&hull) / properties.volume - 1.0;
             let exact = Exact::of(&shape).filter(|_| options.exact_shapes);
             Ok(Body {
-                name: format!("primitive_{}", primitive.id),
+                name: format!("{LINK}{}", primitive.id),
                 color: set.colors.of(primitive.id),
                 shape,
                 mass: properties.volume * options.density,
@@ -157,8 +193,7 @@ impl Robot {
             })
         });
         let bodies = bodies.collect::<io::Result<Vec<_>>>()?;
-        let name = if name.is_empty() { "superform".to_owned() } else { name };
-        Ok(Self { folder: format!("{name}_meshes"), name, bodies, colors: options.colors })
+        Ok(Self { folder: folder_name(&name), name, bodies, scale: options.scale, colors: options.colors })
     }
 
     /// Names and content of the meshes.
@@ -174,20 +209,56 @@ impl Robot {
     /// What a person should know.
     pub(super) fn notes(&self) -> Vec<String> {
         let larger = self.bodies.iter().filter(|body| body.exact.is_none());
-        larger
-            .filter_map(|body| {
-                let percent = 100.0 * body.excess?;
-                Some(format!(
-                    "{} is not convex: its collision mesh is the convex hull, {percent:.1} % larger",
-                    body.name
-                ))
-            })
-            .collect()
+        let larger = larger.filter_map(|body| {
+            let percent = 100.0 * body.excess?;
+            Some(format!(
+                "{} is not convex: its collision mesh is the convex hull, {percent:.1} % larger",
+                body.name
+            ))
+        });
+        self.too_light().into_iter().chain(self.too_heavy()).chain(larger).collect()
+    }
+
+    /// What MuJoCo says no to.
+    fn too_light(&self) -> Option<String> {
+        let least = |body: &Body| body.inertia().min().min(body.mass);
+        let light: Vec<&Body> = self.bodies.iter().filter(|body| least(body) <= LEAST).collect();
+        let first = light.iter().min_by(|a, b| least(a).total_cmp(&least(b)))?;
+        let others = match light.len() {
+            1 => String::new(),
+            n => format!(" (and {} more)", n - 1),
+        };
+        Some(format!(
+            "{}{others} has a mass of {:.1e} kg and a least moment of inertia of {:.1e} kg m²; MuJoCo refuses \
+             what is not above {LEAST:e}: write the model in a smaller unit of length, for instance in \
+             millimetres with a scale of {:?} in place of {:?}",
+            first.name,
+            first.mass,
+            first.inertia().min(),
+            1000.0 * self.scale,
+            self.scale
+        ))
+    }
+
+    /// What only an input has that is not in metres.
+    fn too_heavy(&self) -> Option<String> {
+        let mass: f64 = self.bodies.iter().map(|body| body.mass).sum();
+        (mass > HEAVIEST).then(|| {
+            format!(
+                "the model has a mass of {mass:.1e} kg, as a unit of the input is taken for {:?} m; if that is \
+                 not so, say what it is: 0.001 for millimetres",
+                self.scale
+            )
+        })
     }
 
     fn about(&self) -> String {
+        let unit = match self.scale {
+            1.0 => "in units of the input, taken as metres".to_owned(),
+            scale => format!("in metres, {scale:?} for a unit of the input"),
+        };
         format!(
-            "superform {}. Lengths in units of the input, taken as metres; masses and inertias are those of the \
+            "superform {}. Lengths {unit}; masses and inertias are those of the \
              exact solids, which may overlap. Collision meshes are convex hulls.",
             env!("CARGO_PKG_VERSION")
         )

@@ -6,6 +6,7 @@ use std::path::Path;
 
 use super::schema::Buffer;
 use crate::io::error::Fault;
+use crate::io::paths::path_of;
 use crate::io::read::content;
 use crate::io::read::text::quoted;
 
@@ -66,8 +67,8 @@ pub(super) fn load<'a>(
         let problem = || Fault::whole(format!("buffer {index} is no base64 data; export the shape again"));
         return decoded.map(Cow::Owned).ok_or_else(problem);
     }
-    let name = percent_decoded(uri);
-    if name.contains("://") || Path::new(&name).is_absolute() {
+    let name = path_of(percent_bytes(uri));
+    if uri.contains("://") || name.is_absolute() {
         let problem =
             format!("its buffer {} lies elsewhere; save it beside the file or embed it", quoted(uri));
         return Err(Fault::whole(problem));
@@ -105,7 +106,7 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
 }
 
 /// `a%20b` becomes `a b`.
-pub(crate) fn percent_decoded(uri: &str) -> String {
+pub(crate) fn percent_bytes(uri: &str) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let [first, tail @ ..] = rest {
@@ -122,7 +123,7 @@ pub(crate) fn percent_decoded(uri: &str) -> String {
             }
         };
     }
-    String::from_utf8_lossy(&bytes).into_owned()
+    bytes
 }
 
 #[cfg(test)]
@@ -142,8 +143,8 @@ mod tests {
 
     #[test]
     fn percent_signs_are_decoded() {
-        assert_eq!(percent_decoded("a%20b%C3%BC.bin"), "a bü.bin");
-        assert_eq!(percent_decoded("100%"), "100%");
-        assert_eq!(percent_decoded("%zz%4"), "%zz%4");
+        assert_eq!(percent_bytes("a%20b%C3%BC.bin"), "a bü.bin".as_bytes());
+        assert_eq!(percent_bytes("100%"), b"100%");
+        assert_eq!(percent_bytes("%zz%4%E4"), b"%zz%4\xe4");
     }
 }
