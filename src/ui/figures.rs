@@ -39,7 +39,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session) {
         });
     }
     if let Some(remark) = remark(session) {
-        ui.add(Label::new(RichText::new(&remark).small().color(weak)).truncate()).on_hover_text(&remark);
+        ui.add(Label::new(RichText::new(&remark).small().color(weak)).wrap()).on_hover_text(&remark);
     }
 }
 
