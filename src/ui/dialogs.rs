@@ -306,7 +306,8 @@ impl Dialogs {
                 let palette = Palette::of(ui);
                 let text = RichText::new(text).color(palette.on_accent).strong();
                 let button = egui::Button::new(text).fill(palette.accent).min_size(egui::vec2(72.0, 0.0));
-                let pressed = ui.add_enabled(!is_empty, button).clicked();
+                let pressed =
+                    ui.add_enabled(!is_empty, button).on_disabled_hover_text("Type a path first").clicked();
                 if (pressed || entered) && !is_empty {
                     match prompt.enter() {
                         Some(action) => {

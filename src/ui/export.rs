@@ -193,7 +193,8 @@ impl Open {
                 Choice::Density => {
                     let (least, most) = ExportOptions::DENSITY;
                     let speed = options.density * 0.01;
-                    let value = DragValue::new(&mut options.density).range(least..=most).speed(speed);
+                    let value = widgets::editable(&mut options.density, widgets::setting);
+                    let value = value.range(least..=most).speed(speed);
                     number(ui, *choice, value);
                 }
             }
@@ -244,6 +245,7 @@ impl Open {
             let text = RichText::new(text).color(palette.on_accent).strong();
             let export = Button::new(text).fill(palette.accent).min_size(vec2(90.0, theme::ROW));
             let export = ui.add_enabled(self.is_ready(), export);
+            let export = export.on_disabled_hover_text(self.problem().unwrap_or("Name the file first"));
             if export.on_hover_text("Writes the file, whole or not at all").clicked() {
                 asked = Some(Asked::Export);
             }

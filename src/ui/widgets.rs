@@ -52,6 +52,12 @@ pub(super) fn tooltip(verb: Verb) -> String {
     }
 }
 
+/// The tooltip of a verb; where it can't be had also why.
+pub(super) fn with_reason(session: &Session, verb: Verb) -> String {
+    let text = tooltip(verb);
+    session.reason(verb).map_or_else(|| text.clone(), |why| format!("{text}\n{why}"))
+}
+
 /// A button that does the verb; grey while it would do nothing.
 pub(super) fn verb_button(ui: &mut Ui, session: &Session, verb: Verb, width: f32, actions: &mut Vec<Action>) {
     let button = Button::new(verb.entry().text).min_size(vec2(width, theme::ROW));
@@ -74,12 +80,23 @@ pub(super) fn primary_button(
 
 fn add_verb(ui: &mut Ui, session: &Session, verb: Verb, button: Button<'_>, actions: &mut Vec<Action>) {
     let response = ui.add_enabled(session.is_enabled(verb), button);
-    let text = tooltip(verb);
-    let why = session.reason(verb).map(|why| format!("{text}\n{why}"));
-    let why = why.as_deref().unwrap_or(&text);
-    if response.on_hover_text(&text).on_disabled_hover_text(why).clicked() {
+    let text = with_reason(session, verb);
+    if response.on_hover_text(&text).on_disabled_hover_text(&text).clicked() {
         actions.push(Action::Verb(verb));
     }
+}
+
+/// A menu whose entries scroll where the window is too low for them.
+pub(super) fn menu<R>(
+    ui: &mut Ui,
+    title: &str,
+    entries: impl FnOnce(&mut Ui) -> R,
+) -> egui::InnerResponse<Option<R>> {
+    ui.menu_button(title, |ui| {
+        let room = ui.ctx().content_rect().height() - 2.0 * theme::TALL_ROW - 16.0;
+        let area = ScrollArea::vertical().max_height(room).min_scrolled_height(room);
+        area.show(ui, entries).inner
+    })
 }
 
 /// An entry of a menu, with its shortcut and, for what can be on, a mark.
@@ -92,9 +109,11 @@ pub(super) fn menu_item(ui: &mut Ui, session: &Session, verb: Verb, actions: &mu
     if let Some(shortcut) = entry.shortcut {
         button = button.shortcut_text(shortcut.to_string());
     }
-    let why = session.reason(verb).unwrap_or(entry.tooltip);
+    let text = session
+        .reason(verb)
+        .map_or_else(|| entry.tooltip.to_owned(), |why| format!("{}\n{why}", entry.tooltip));
     let response = ui.add_enabled(session.is_enabled(verb), button);
-    if response.on_hover_text(entry.tooltip).on_disabled_hover_text(why).clicked() {
+    if response.on_hover_text(&text).on_disabled_hover_text(&text).clicked() {
         actions.push(Action::Verb(verb));
         ui.close();
     }
@@ -110,11 +129,12 @@ pub(super) fn choice(ui: &mut Ui, on: bool, text: &str, width: f32) -> Response 
 /// A button for what a message offers; whether it was pressed.
 pub(super) fn offer_button(ui: &mut Ui, session: &Session, offer: &Offer, actions: &mut Vec<Action>) -> bool {
     let (enabled, about) = match &*offer.action {
-        Action::Verb(verb) => (session.is_enabled(*verb), tooltip(*verb)),
+        Action::Verb(verb) => (session.is_enabled(*verb), with_reason(session, *verb)),
         Action::ShowInFolder(path) => (true, path.display().to_string()),
         _ => (true, offer.text.to_owned()),
     };
-    let pressed = ui.add_enabled(enabled, Button::new(offer.text)).on_hover_text(about).clicked();
+    let button = ui.add_enabled(enabled, Button::new(offer.text));
+    let pressed = button.on_hover_text(&about).on_disabled_hover_text(about).clicked();
     if pressed {
         actions.push((*offer.action).clone());
     }
