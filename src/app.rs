@@ -1,6 +1,7 @@
 //! The window: the composition root of worker, session and interface.
 
 mod keeping;
+mod place;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -20,10 +21,10 @@ use crate::ui::{Interface, Purpose, Sizes};
 use crate::worker::{Activity, Command, Event, Pace, SamplingOptions, Source, Worker};
 
 use keeping::Keeping;
+use place::{Place, Placing};
 
-/// Smallest and first size of the window, in logical pixels.
+/// Smallest size of the window, in logical pixels.
 const MIN_SIZE: [f32; 2] = [480.0, 320.0];
-const SIZE: [f32; 2] = [1440.0, 900.0];
 /// Frames between the end of the run and its picture: the last state has to
 /// be laid out and drawn.
 const SETTLING_FRAMES: u32 = 3;
@@ -31,6 +32,9 @@ const SETTLING_FRAMES: u32 = 3;
 /// Names in the store of what is remembered.
 const PREFERENCES: &str = "preferences";
 const SIZES: &str = "sizes";
+const PLACE: &str = "place";
+/// What eframe would keep of the window.
+const OTHER_PLACE: &str = "window";
 
 /// What the window is started with.
 #[derive(Debug, Clone)]
@@ -80,11 +84,11 @@ pub fn run(options: Options, journal: Option<Journal>) -> Result<(), RunError> {
             .with_title("Superform")
             .with_app_id("superform")
             .with_icon(icon())
-            .with_inner_size(SIZE)
+            .with_inner_size(place::SIZE)
             .with_min_inner_size(MIN_SIZE)
             .with_drag_and_drop(true),
-        // A picture shows what the program makes of its input, not what was set before.
-        persist_window: !wants_picture && !options.reset_layout,
+        // See there.
+        persist_window: false,
         ..Default::default()
     };
     eframe::run_native(
@@ -144,6 +148,7 @@ pub struct App {
     outcome: Option<Sender<anyhow::Result<()>>>,
     start: Start,
     keeping: Keeping,
+    placing: Placing,
 }
 
 /// How far the program has come on its way to the first picture.
@@ -187,7 +192,9 @@ impl App {
         let mut worker = Worker::spawn(move || ctx.request_repaint())?;
         let mut session = Session::new(options.params, options.sampling);
         let mut interface = Interface::new(&cc.egui_ctx, cc.wgpu_render_state.as_ref(), system_dialogs);
+        // A picture shows what the program makes of its input, not what was set before.
         let remembers = options.screenshot.is_none();
+        let mut place: Option<Place> = None;
         if let (true, false, Some(storage)) = (remembers, options.reset_layout, cc.storage) {
             if let Some(preferences) = stored(storage, PREFERENCES) {
                 session.recall(preferences);
@@ -195,7 +202,9 @@ impl App {
             if let Some(sizes) = stored(storage, SIZES) {
                 interface.set_sizes(sizes);
             }
+            place = stored(storage, PLACE);
         }
+        let placing = if remembers { Placing::new(cc, place) } else { Placing::default() };
         if options.screenshot.is_some() {
             session.pace = Pace::Unlimited;
         }
@@ -228,6 +237,7 @@ impl App {
             outcome: None,
             start: Start::Over,
             keeping,
+            placing,
         })
     }
 
@@ -435,6 +445,10 @@ impl eframe::App for App {
         if self.remembers {
             store(storage, PREFERENCES, &self.session.preferences());
             store(storage, SIZES, self.interface.sizes());
+            if let Some(place) = &self.placing.kept {
+                store(storage, PLACE, place);
+            }
+            storage.remove_string(OTHER_PLACE);
         }
     }
 
@@ -465,6 +479,7 @@ impl eframe::App for App {
         self.save_pictures(ctx);
         self.advance_picture(ctx);
         self.keeping.keep(&self.session);
+        self.placing.advance(ctx);
         self.update_title(ctx);
     }
 

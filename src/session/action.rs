@@ -65,6 +65,8 @@ pub enum Action {
     /// Shows what the hand makes of a primitive; the end of the gesture makes it
     /// an edit.
     DraftShape(ShapeDraft),
+    /// Runs with the parameters and samples as they are set now.
+    RunAsSet,
     /// The hand has let go of whatever it dragged: what comes next is another
     /// step for undo.
     EndGesture,

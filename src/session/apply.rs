@@ -23,8 +23,9 @@ impl Session {
     /// Does what a person asked for, and remembers how to undo it.
     pub fn apply(&mut self, action: Action) -> Vec<Effect> {
         if let Action::Verb(verb) = action
-            && !self.is_enabled(verb)
+            && let Some(why) = self.reason(verb)
         {
+            self.messages.push(Level::Note, verb.entry().text.trim_end_matches('…'), why);
             return Vec::new();
         }
         let undoable = self.undoable(&action);
@@ -107,6 +108,7 @@ impl Session {
             }
             Action::SetSampling(sampling) => return self.take_setup(self.params, sampling),
             Action::HandRests => return self.hand_rests(),
+            Action::RunAsSet => return self.run_as_set(),
             Action::SetPace(pace) => {
                 self.pace = pace;
                 return vec![Effect::Send(Command::SetPace(pace))];
@@ -169,7 +171,7 @@ impl Session {
         Vec::new()
     }
 
-    fn apply_verb(&mut self, verb: Verb) -> Vec<Effect> {
+    pub(super) fn apply_verb(&mut self, verb: Verb) -> Vec<Effect> {
         match verb {
             Verb::Open => return vec![Effect::AskForShape],
             Verb::OpenBuiltIn => return self.open(Source::BuiltIn),

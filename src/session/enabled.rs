@@ -55,6 +55,11 @@ impl Session {
                 is_free && !(self.selection.is_empty() && self.selected_points.is_empty())
             }
             Verb::DropShape => self.is_shaping(),
+            Verb::HandlesMove
+            | Verb::HandlesRotate
+            | Verb::HandlesScale
+            | Verb::HandlesTaper
+            | Verb::HandlesRoundness => self.selected_primitive().is_none_or(|p| self.why_fixed(p).is_none()),
             Verb::Undo => !self.undo.done().is_empty() || self.can_take_back(),
             Verb::Redo => !self.undo.undone().is_empty(),
             Verb::Continue => loaded && idle && self.phase() == Some(Phase::Finished) && is_sampler,

@@ -159,6 +159,7 @@ impl Session {
                 let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
                 step(&format!("Open {name}"))
             }
+            Action::RunAsSet => step(Verb::Run.entry().text),
             Action::SetParams(_) => Some(Undoable::Gesture("Change parameters".to_owned())),
             Action::SetSampling(_) => Some(Undoable::Gesture("Change the sampling".to_owned())),
             Action::SetMethod(method) => step(&format!("Choose {}", method.name())),

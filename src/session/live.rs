@@ -4,9 +4,9 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use super::{Effect, Session};
+use super::{Effect, Session, Verb};
 use crate::geometry::palette::Colors;
-use crate::inference::{Abstraction, Params, Setting, UNASSIGNED};
+use crate::inference::{Abstraction, Params, Phase, Setting, UNASSIGNED};
 use crate::worker::{Activity, Command, Renewed, SamplingOptions, Setup};
 
 /// What the session knows of renewals.
@@ -58,6 +58,32 @@ impl Session {
     /// asked for last.
     pub fn awaits_newer_run(&self) -> bool {
         self.live.under_way.is_some_and(|setup| !makes_same_run(&setup, &self.setup()))
+    }
+
+    /// Whether the shown result is another than parameters and sampling would
+    /// make, and nothing is under way to make that.
+    pub fn is_outdated(&self) -> bool {
+        let (Some(snapshot), Some(loaded)) = (&self.snapshot, &self.loaded) else { return false };
+        if self.activity != Activity::Idle || self.live.is_renewing() || self.live.is_due {
+            return false;
+        }
+        // A start knows nothing yet of what iterations and merges read.
+        let is_start = snapshot.abstraction.phase == Phase::Start;
+        let made_with =
+            Setup { params: if is_start { self.params } else { snapshot.params }, sampling: loaded.sampling };
+        !makes_same_run(&made_with, &self.setup()) || self.stale_start().is_some()
+    }
+
+    /// Runs such that the result is that of parameters and sampling as they
+    /// stand: a run that would keep its old start or samples is made anew.
+    pub(super) fn run_as_set(&mut self) -> Vec<Effect> {
+        let has_samples = self.loaded.as_ref().is_some_and(|l| l.sampling == self.sampling);
+        let is_over = self.phase() == Some(Phase::Finished);
+        if has_samples && (is_over || self.stale_start().is_none()) {
+            self.apply_verb(Verb::Run)
+        } else {
+            self.renew(true)
+        }
     }
 
     /// Takes another setup. Where Live is on and it makes another run, that is

@@ -1,5 +1,6 @@
 //! Why something can't be had now.
 
+use super::apply::mode_of;
 use super::{Session, Verb};
 use crate::inference::Phase;
 use crate::worker::Activity;
@@ -13,6 +14,9 @@ impl Session {
         }
         if let Some(why) = self.why_disabled(verb) {
             return Some(why);
+        }
+        if mode_of(verb).is_some() {
+            return self.selected_primitive().and_then(|p| self.why_fixed(p));
         }
         let needs_shape = matches!(
             verb,

@@ -57,8 +57,8 @@ impl Commands {
         let window = ctx.content_rect();
         let width = WIDTH.min(window.width() - 32.0);
         let id = egui::Id::unique("all commands");
-        let area =
-            Modal::default_area(id).anchor(Align2::CENTER_TOP, vec2(0.0, (0.1 * window.height()).min(90.0)));
+        let area_top = (0.1 * window.height()).min(90.0);
+        let area = Modal::default_area(id).anchor(Align2::CENTER_TOP, vec2(0.0, area_top));
         let frame = egui::Frame::popup(&ctx.global_style()).inner_margin(10.0);
         let mut picked = None;
         let modal = Modal::new(id).area(area).frame(frame).show(ctx, |ui| {
@@ -77,8 +77,11 @@ impl Commands {
                 ui.label(RichText::new("No command is like that").color(Palette::of(ui).weak));
             }
             ui.spacing_mut().item_spacing.y = 0.0;
-            let height = (ROWS * theme::TALL_ROW).min(0.6 * window.height());
-            ScrollArea::vertical().max_height(height).auto_shrink([false, true]).show(ui, |ui| {
+            // Below it stands how it is used.
+            let used = area_top + ui.cursor().top() - ui.min_rect().top();
+            let height = (ROWS * theme::TALL_ROW).min(window.height() - used - 60.0).max(theme::TALL_ROW);
+            let area = ScrollArea::vertical().max_height(height).min_scrolled_height(height);
+            area.auto_shrink([false, true]).show(ui, |ui| {
                 for (index, item) in items.iter().enumerate() {
                     let is_chosen = index == self.chosen;
                     let response = row(ui, item, is_chosen);

@@ -231,6 +231,7 @@ fn state_slider(ui: &mut Ui, other: &Compared<'_>, wanted: &mut Comparison) {
     ui.spacing_mut().slider_width = 90.0;
     let slider = ui.add_enabled(last > 0, Slider::new(&mut index, 0..=last).show_value(false));
     slider.widget_info(|| egui::WidgetInfo::slider(last > 0, index as f64, "State beside"));
+    let slider = slider.on_disabled_hover_text("That branch has one state only");
     if slider.on_hover_text("Which state of that branch; at the right end the last there is").changed() {
         wanted.index = (index < last).then_some(index);
     }

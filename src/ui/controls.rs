@@ -1,10 +1,12 @@
 //! The left panel: the shape, the run, its parameters.
 
-use egui::{DragValue, Grid, Label, Response, RichText, Slider, Ui};
+use egui::{DragValue, Grid, Label, Response, RichText, Slider, Ui, vec2};
 
 use super::priors;
 use super::theme::{self, Palette};
-use super::widgets::{choice, count, divide, fact, length, primary_button, section, tooltip, verb_button};
+use super::widgets::{
+    choice, count, divide, editable, fact, length, primary_button, section, setting, tooltip, verb_button,
+};
 use crate::geometry::kernel::Distance;
 use crate::geometry::{Isolated, Surface};
 use crate::inference::{MergeRule, Method, Params, Setting};
@@ -61,7 +63,8 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         fact(ui, "Size", &text).on_hover_text(format!("{text}, along x, y and z in the file's units"));
     });
     let mut sampling = session.sampling;
-    ui.horizontal(|ui| {
+    // Seeds have up to 20 digits.
+    ui.horizontal_wrapped(|ui| {
         let label = labelled(ui, "Samples");
         let used = count(loaded.cloud.points.len());
         let (least, most) = SamplingOptions::POINTS;
@@ -166,46 +169,51 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     Row {
         label: "Concentration α",
         tooltip: "α, the concentration of the Chinese Restaurant Process: the larger, the more \
-                  primitives are expected before a point is seen. Taken at the next iteration.",
+                  primitives are expected before a point is seen.",
+        taken: Taken::Iteration,
         setting: Setting::Alpha,
     }
-    .show(ui, &mut p, |p| &mut p.alpha, Params::ALPHA);
+    .show(ui, session, &mut p, |p| &mut p.alpha, Params::ALPHA);
     priors::tables(ui, session, &p);
     Row {
         label: "New cluster p0",
         tooltip: "p0, the density that a new primitive gives to any point. The larger, the nearer a \
-                  point must lie to a primitive to stay with it. Taken at the next iteration.",
+                  point must lie to a primitive to stay with it.",
+        taken: Taken::Iteration,
         setting: Setting::P0,
     }
-    .show(ui, &mut p, |p| &mut p.p0, Params::P0);
+    .show(ui, session, &mut p, |p| &mut p.p0, Params::P0);
     priors::distance(ui, session, &p);
     Row {
         label: "Iterations T",
-        tooltip: "T, the number of Gibbs iterations of a run. Taken at the next iteration.",
+        tooltip: "T, the number of Gibbs iterations of a run.",
+        taken: Taken::Iteration,
         setting: Setting::Iterations,
     }
-    .show(ui, &mut p, |p| &mut p.iterations, Params::ITERATIONS);
+    .show(ui, session, &mut p, |p| &mut p.iterations, Params::ITERATIONS);
     Row {
         label: "Clusters K",
-        tooltip: "K, the number of k-means clusters that a run starts with. Taken at the next start.",
+        tooltip: "K, the number of k-means clusters that a run starts with.",
+        taken: Taken::Start,
         setting: Setting::Clusters,
     }
-    .show(ui, &mut p, |p| &mut p.clusters, Params::CLUSTERS);
+    .show(ui, session, &mut p, |p| &mut p.clusters, Params::CLUSTERS);
     Row {
         label: "Cost of a primitive",
         tooltip: "How much of the error a primitive has to save to be worth having, as a multiple of the \
-                  default: more gives fewer primitives with larger errors, less the other way. Taken at the \
-                  next merge and at the end.",
+                  default: more gives fewer primitives with larger errors, less the other way.",
+        taken: Taken::Merge,
         setting: Setting::PrimitiveCost,
     }
-    .show(ui, &mut p, |p| &mut p.primitive_cost, Params::PRIMITIVE_COST);
+    .show(ui, session, &mut p, |p| &mut p.primitive_cost, Params::PRIMITIVE_COST);
     Row {
         label: "Outlier prior w0",
         tooltip: "w0, the share of outliers that EMS expects before it has seen a point: the larger, the \
-                  nearer a point must lie to the primitive to belong to it. Taken at the next step.",
+                  nearer a point must lie to the primitive to belong to it.",
+        taken: Taken::Step,
         setting: Setting::OutlierPrior,
     }
-    .show(ui, &mut p, |p| &mut p.outlier_prior, Params::OUTLIER_PRIOR);
+    .show(ui, session, &mut p, |p| &mut p.outlier_prior, Params::OUTLIER_PRIOR);
     let before = p;
     where_read(ui, &before, Setting::Seed, |ui| {
         ui.horizontal(|ui| {
@@ -213,14 +221,15 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ui.add(DragValue::new(&mut p.seed).speed(0.05).update_while_editing(false))
                 .labelled_by(label)
                 .on_hover_text(
-                    "Seed of every random draw: the same seed, the same result. Taken at the next start.",
+                    Taken::Start.after(session, "Seed of every random draw: the same seed, the same result."),
                 )
         })
         .inner
     });
     Choices {
         label: "Merging",
-        tooltip: "The test by which two primitives become one. Taken at the next merge.",
+        tooltip: "The test by which two primitives become one.",
+        taken: Taken::Merge,
         setting: Setting::Merge,
         options: &[
             (
@@ -236,10 +245,11 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             (MergeRule::None, "None", "No merging; Step merge finds no pair"),
         ],
     }
-    .show(ui, &mut p, |p| &mut p.merge);
+    .show(ui, session, &mut p, |p| &mut p.merge);
     Choices {
         label: "Fit distance",
-        tooltip: "What the fit of a primitive minimises. Taken at the next iteration or fit.",
+        tooltip: "What the fit of a primitive minimises.",
+        taken: Taken::Fit,
         setting: Setting::FitDistance,
         options: &[
             (
@@ -250,7 +260,7 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             (Distance::Radial, "Radial", "The paper's distance along the ray from the primitive's centre"),
         ],
     }
-    .show(ui, &mut p, |p| &mut p.fit_distance);
+    .show(ui, session, &mut p, |p| &mut p.fit_distance);
     type Field = fn(&mut Params) -> &mut bool;
     let switches: [(Field, Setting, &str, &str); 2] = [
         (
@@ -272,7 +282,7 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         let before = p;
         where_read(ui, &before, setting, |ui| {
             ui.horizontal(|ui| {
-                ui.allocate_space(egui::vec2(LABELS, theme::ROW));
+                ui.allocate_space(vec2(LABELS, theme::ROW));
                 ui.checkbox(field(&mut p), text).on_hover_text(tooltip)
             })
             .inner
@@ -303,7 +313,7 @@ fn method(ui: &mut Ui, params: &Params, actions: &mut Vec<Action>) {
         let combo = egui::ComboBox::from_id_salt("method")
             .selected_text(present.map_or("Your own", Method::title))
             .width(ui.available_width() - 8.0)
-            .height(400.0)
+            .height(400.0_f32.min(0.6 * ui.ctx().content_rect().height()))
             .show_ui(ui, |ui| {
                 for m in Method::ALL {
                     let item = ui.selectable_label(present == Some(m), m.title());
@@ -334,28 +344,53 @@ fn where_read(ui: &mut Ui, params: &Params, setting: Setting, show: impl FnOnce(
 /// A label of the width that all rows share; its id.
 fn labelled(ui: &mut Ui, text: &str) -> egui::Id {
     let height = theme::ROW;
-    ui.allocate_ui_with_layout(
-        egui::vec2(LABELS, height),
-        egui::Layout::left_to_right(egui::Align::Center),
-        |ui| {
-            ui.set_min_size(egui::vec2(LABELS, height));
-            ui.label(RichText::new(text).color(Palette::of(ui).weak)).id
-        },
-    )
+    ui.allocate_ui_with_layout(vec2(LABELS, height), egui::Layout::left_to_right(egui::Align::Center), |ui| {
+        ui.set_min_size(vec2(LABELS, height));
+        ui.label(RichText::new(text).color(Palette::of(ui).weak)).id
+    })
     .inner
+}
+
+/// When a parameter is read that was changed with Live off.
+#[derive(Debug, Clone, Copy)]
+enum Taken {
+    Iteration,
+    Step,
+    Fit,
+    Merge,
+    Start,
+}
+
+impl Taken {
+    /// A tooltip that says so; with Live on there is nothing to wait for.
+    fn after(self, session: &Session, tooltip: &str) -> String {
+        let when = if session.live.is_on {
+            "Live is on: the whole run is made anew at every change."
+        } else {
+            match self {
+                Self::Iteration => "Taken at the next iteration.",
+                Self::Step => "Taken at the next step.",
+                Self::Fit => "Taken at the next iteration or fit.",
+                Self::Merge => "Taken at the next merge and at the end.",
+                Self::Start => "Taken at the next start.",
+            }
+        };
+        format!("{tooltip} {when}")
+    }
 }
 
 /// A parameter that is one of a few.
 struct Choices<'a, T> {
     label: &'static str,
     tooltip: &'static str,
+    taken: Taken,
     setting: Setting,
     /// Value, text and tooltip.
     options: &'a [(T, &'static str, &'static str)],
 }
 
 impl<T: Copy + PartialEq> Choices<'_, T> {
-    fn show(&self, ui: &mut Ui, params: &mut Params, field: fn(&mut Params) -> &mut T) {
+    fn show(&self, ui: &mut Ui, session: &Session, params: &mut Params, field: fn(&mut Params) -> &mut T) {
         let before = *params;
         let value = field(params);
         where_read(ui, &before, self.setting, |ui| {
@@ -372,7 +407,7 @@ impl<T: Copy + PartialEq> Choices<'_, T> {
                     })
                     .response
                     .labelled_by(label)
-                    .on_hover_text(self.tooltip)
+                    .on_hover_text(self.taken.after(session, self.tooltip))
             })
             .inner
         });
@@ -383,6 +418,7 @@ impl<T: Copy + PartialEq> Choices<'_, T> {
 struct Row {
     label: &'static str,
     tooltip: &'static str,
+    taken: Taken,
     setting: Setting,
 }
 
@@ -390,6 +426,7 @@ impl Row {
     fn show<Num: egui::emath::Numeric>(
         &self,
         ui: &mut Ui,
+        session: &Session,
         params: &mut Params,
         field: fn(&mut Params) -> &mut Num,
         (low, high): (Num, Num),
@@ -401,17 +438,21 @@ impl Row {
                 let label = labelled(ui, self.label);
                 let gap = ui.spacing().item_spacing.x;
                 ui.spacing_mut().slider_width = (ui.available_width() - NUMBER - gap).max(40.0);
+                let tooltip = self.taken.after(session, self.tooltip);
                 let slider = ui
                     .add(Slider::new(value, low..=high).logarithmic(true).show_value(false))
                     .labelled_by(label)
-                    .on_hover_text(self.tooltip);
-                let decimals = if Num::INTEGRAL { 0 } else { 6 };
-                let speed = if Num::INTEGRAL { 0.2 } else { value.to_f64().abs().max(1e-6) * 0.01 };
-                let number = DragValue::new(value).range(low..=high).speed(speed).max_decimals(decimals);
+                    .on_hover_text(&tooltip);
+                let number = if Num::INTEGRAL {
+                    DragValue::new(value).speed(0.2).update_while_editing(false)
+                } else {
+                    let speed = value.to_f64().abs() * 0.01;
+                    editable(value, setting).speed(speed)
+                };
                 let number = ui
-                    .add_sized([NUMBER, theme::ROW], number.update_while_editing(false))
+                    .add_sized([NUMBER, theme::ROW], number.range(low..=high))
                     .labelled_by(label)
-                    .on_hover_text(self.tooltip);
+                    .on_hover_text(tooltip);
                 slider | number
             })
             .inner

@@ -10,12 +10,16 @@ use egui::{Context, Label, Modal, RichText, TextEdit};
 
 use super::pictures;
 use super::theme::Palette;
+use super::widgets::{dialog_body, dialog_width};
 use crate::io::{self, AnimationFormat, Format};
 use crate::session::action::{Action, PictureKind};
 
 /// A dialog that a person cancelled was open for longer; where there is none,
 /// the answer comes within some 15 ms.
 const TOO_FAST_FOR_A_PERSON: Duration = Duration::from_millis(150);
+
+/// Height of the field for the path with what stands around it, and the buttons.
+const FIELD: f32 = 130.0;
 
 /// The system's dialog, on its way to a path.
 type Answer = Pin<Box<dyn Future<Output = Option<rfd::FileHandle>> + Send>>;
@@ -261,7 +265,7 @@ impl Dialogs {
         let mut done = false;
         let frame = egui::Frame::popup(&ctx.global_style()).inner_margin(14.0);
         let response = Modal::new(egui::Id::unique("path prompt")).frame(frame).show(ctx, |ui| {
-            ui.set_width(460.0_f32.min(ui.ctx().content_rect().width() - 60.0));
+            ui.set_width(dialog_width(ctx, 460.0));
             ui.heading(prompt.purpose.title());
             ui.add_space(4.0);
             if let Some(reason) = prompt.reason {
@@ -270,7 +274,9 @@ impl Dialogs {
                 } else {
                     format!("{reason} Type the path of the file.")
                 };
-                ui.add(Label::new(RichText::new(text).color(Palette::of(ui).weak)).wrap());
+                dialog_body(ui, FIELD, |ui| {
+                    ui.add(Label::new(RichText::new(text).color(Palette::of(ui).weak)).wrap());
+                });
                 ui.add_space(4.0);
             }
             let label = ui.label("Path of the file").id;
@@ -300,7 +306,8 @@ impl Dialogs {
                 let palette = Palette::of(ui);
                 let text = RichText::new(text).color(palette.on_accent).strong();
                 let button = egui::Button::new(text).fill(palette.accent).min_size(egui::vec2(72.0, 0.0));
-                let pressed = ui.add_enabled(!is_empty, button).clicked();
+                let pressed =
+                    ui.add_enabled(!is_empty, button).on_disabled_hover_text("Type a path first").clicked();
                 if (pressed || entered) && !is_empty {
                     match prompt.enter() {
                         Some(action) => {

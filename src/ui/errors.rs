@@ -1,12 +1,15 @@
 //! The error box: what went wrong, why, and what to do.
 
-use egui::{Align2, Area, Context, Frame, Id, Label, RichText, ScrollArea, vec2};
+use egui::{Align2, Area, Context, Frame, Id, Label, RichText, vec2};
 
 use super::theme::Palette;
-use super::widgets::offer_button;
+use super::widgets::{keep_clear, offer_button, scrolling};
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 use crate::session::messages::Message;
+
+/// What is above and below of what scrolls: frame, buttons in two rows, air.
+const ROOM: f32 = 120.0;
 
 /// Which error's details are unfolded.
 #[derive(Debug, Default)]
@@ -29,7 +32,7 @@ impl ErrorBox {
         let half = 0.5 * width + 16.0;
         let left = window.left() + half;
         let x = viewport.center().x.clamp(left, (window.right() - half).max(left));
-        Area::new(Id::unique("error box"))
+        let card = Area::new(Id::unique("error box"))
             .order(egui::Order::Foreground)
             .pivot(Align2::CENTER_TOP)
             .fixed_pos(egui::pos2(x, viewport.top() + 14.0))
@@ -39,6 +42,7 @@ impl ErrorBox {
                     self.contents(ui, session, message, window.height(), actions);
                 });
             });
+        keep_clear(ctx, card.response.rect);
     }
 
     fn contents(
@@ -50,7 +54,7 @@ impl ErrorBox {
         actions: &mut Vec<Action>,
     ) {
         let palette = Palette::of(ui);
-        ScrollArea::vertical().max_height(0.45 * height).show(ui, |ui| {
+        scrolling(ui, (0.45 * height).min(height - ROOM), |ui| {
             let what = RichText::new(&message.what).heading().color(palette.error);
             ui.add(Label::new(what).wrap().selectable(true));
             if !message.why.is_empty() {

@@ -19,6 +19,8 @@ const FORMATS: f32 = 400.0;
 const OPTIONS: f32 = 320.0;
 const HEIGHT: f32 = 430.0;
 const GAP: f32 = 20.0;
+/// Of the field for the path and the buttons.
+const BELOW: f32 = 2.0 * theme::ROW + 40.0;
 
 /// What a person asked of the dialog in this frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,19 +75,24 @@ impl ExportDialog {
         let open = self.open.as_mut()?;
         let frame = egui::Frame::popup(&ctx.global_style()).inner_margin(16.0);
         let response = Modal::new(Id::unique("export")).frame(frame).show(ctx, |ui| {
-            ui.set_width(FORMATS + OPTIONS + GAP);
+            let width = widgets::dialog_width(ctx, FORMATS + OPTIONS + GAP);
+            ui.set_width(width);
             ui.heading("Export");
             ui.add_space(6.0);
+            let height = HEIGHT.min(widgets::dialog_room(ui, BELOW));
+            let column = |ui: &mut Ui, name: &str, width: f32, contents: &mut dyn FnMut(&mut Ui)| {
+                let below = egui::Layout::top_down(egui::Align::Min);
+                ui.allocate_ui_with_layout(vec2(width, height), below, |ui| {
+                    let area = ScrollArea::vertical().id_salt(name).auto_shrink([false, false]);
+                    area.max_height(height).min_scrolled_height(height).show(ui, contents);
+                });
+            };
             ui.horizontal_top(|ui| {
                 ui.spacing_mut().item_spacing.x = GAP;
-                let below = egui::Layout::top_down(egui::Align::Min);
-                ui.allocate_ui_with_layout(vec2(FORMATS, HEIGHT), below, |ui| {
-                    ScrollArea::vertical()
-                        .auto_shrink([false, false])
-                        .max_height(HEIGHT)
-                        .show(ui, |ui| open.formats(ui, session));
-                });
-                ui.allocate_ui_with_layout(vec2(OPTIONS, HEIGHT), below, |ui| {
+                // A narrow window takes from both.
+                let formats = (width - GAP) * FORMATS / (FORMATS + OPTIONS);
+                column(ui, "formats", formats, &mut |ui| open.formats(ui, session));
+                column(ui, "options", width - GAP - formats, &mut |ui| {
                     ui.spacing_mut().item_spacing = vec2(8.0, 6.0);
                     open.options(ui, session);
                 });
@@ -233,6 +240,7 @@ impl Open {
             let text = RichText::new(text).color(palette.on_accent).strong();
             let export = Button::new(text).fill(palette.accent).min_size(vec2(90.0, theme::ROW));
             let export = ui.add_enabled(self.is_ready(), export);
+            let export = export.on_disabled_hover_text(self.problem().unwrap_or("Name the file first"));
             if export.on_hover_text("Writes the file, whole or not at all").clicked() {
                 asked = Some(Asked::Export);
             }
@@ -293,7 +301,8 @@ fn lines(ui: &Ui, format: Format, is_there: bool) -> LayoutJob {
 /// A number of any size, which is dragged by a share of it.
 fn share(ui: &mut Ui, choice: Choice, value: &mut f64, (least, most): (f64, f64)) {
     let speed = *value * 0.01;
-    number(ui, choice, DragValue::new(value).range(least..=most).speed(speed).max_decimals(9));
+    let value = widgets::editable(value, widgets::setting);
+    number(ui, choice, value.range(least..=most).speed(speed));
 }
 
 fn number(ui: &mut Ui, choice: Choice, value: DragValue<'_>) {

@@ -10,6 +10,9 @@ use crate::session::Session;
 
 /// Width that a figure needs at least.
 const CELL: f32 = 72.0;
+/// Heights of a row of them and of a line of text below.
+const ROW: f32 = 30.0;
+const REMARK: f32 = 16.0;
 
 /// A figure's name, its value and what it means.
 struct Figure {
@@ -39,8 +42,13 @@ pub(super) fn show(ui: &mut Ui, session: &Session) {
         });
     }
     if let Some(remark) = remark(session) {
-        ui.add(Label::new(RichText::new(&remark).small().color(weak)).truncate()).on_hover_text(&remark);
+        ui.add(Label::new(RichText::new(&remark).small().color(weak)).wrap()).on_hover_text(&remark);
     }
+}
+
+/// Height of the figures in a wide row, with what has to be said of them.
+pub(super) fn row_height(session: &Session) -> f32 {
+    if remark(session).is_some() { ROW + REMARK } else { ROW }
 }
 
 fn figures(session: &Session) -> Vec<Figure> {
@@ -79,6 +87,8 @@ fn figures(session: &Session) -> Vec<Figure> {
         overlap += &metrics
             .iou_outside
             .map_or_else(String::new, |iou| format!("\nAgainst the input with its hollows filled {iou:.3}"));
+        overlap +=
+            &metrics.iou_missing.as_ref().map_or_else(String::new, |why| format!("\nNone here: {why}"));
     }
     let state = session.snapshot.as_ref().map(|s| &s.abstraction);
     let share = state.map(|a| 100.0 * a.figures.unassigned as f64 / a.labels.len().max(1) as f64);

@@ -1,13 +1,16 @@
 //! What keys and mouse do, made from the table they obey; and who made this.
 
-use egui::{Align2, Context, Frame, Grid, Label, RichText, ScrollArea, TextEdit, Window, vec2};
+use egui::{Align2, Context, Frame, Grid, Label, RichText, TextEdit, Window, vec2};
 
 use super::theme::Palette;
+use super::widgets::{dialog_width, scrolling};
 use crate::session::Session;
 use crate::session::action::{Action, EVERYWHERE, Group, MOUSE, Verb};
 
 /// Width of a table in logical pixels.
 const COLUMN: f32 = 250.0;
+/// Height of a window's title and frame, with some air around it.
+const AROUND: f32 = 100.0;
 const PAPER: &str = "https://arxiv.org/abs/2203.14714";
 
 /// The page of keys.
@@ -39,10 +42,7 @@ impl Help {
                 let field = TextEdit::singleline(&mut self.search).hint_text("Search keys and commands");
                 ui.add(field.desired_width(width.min(260.0)));
                 ui.add_space(8.0);
-                let height = (window.height() - 150.0).max(80.0);
-                ScrollArea::vertical().max_height(height).min_scrolled_height(height).show(ui, |ui| {
-                    self.tables(ui, columns);
-                });
+                scrolling(ui, window.height() - AROUND - 40.0, |ui| self.tables(ui, columns));
             });
         if open != session.view.shows_shortcuts {
             actions.push(Action::Verb(Verb::ShowShortcuts));
@@ -132,24 +132,28 @@ pub(super) fn about(ctx: &Context, session: &Session, actions: &mut Vec<Action>)
         .pivot(Align2::CENTER_CENTER)
         .default_pos(ctx.content_rect().center())
         .show(ctx, |ui| {
-            ui.set_width(380.0);
-            ui.heading(concat!("Superform ", env!("CARGO_PKG_VERSION")));
-            ui.add(Label::new("Turns a 3D shape into a handful of tapered superquadrics.").wrap());
-            ui.add_space(6.0);
-            ui.add(
-                Label::new(
-                    "It implements Wu, Liu, Ruan and Chirikjian, Primitive-based Shape Abstraction via \
-                     Nonparametric Bayesian Inference, ECCV 2022.",
-                )
-                .wrap(),
-            );
-            if ui.link("arXiv 2203.14714").on_hover_text(PAPER).clicked() {
-                actions.push(Action::OpenLink(PAPER));
-            }
-            ui.add_space(6.0);
-            ui.label(RichText::new("Licence: MIT or Apache-2.0").color(Palette::of(ui).weak));
+            ui.set_width(dialog_width(ctx, 380.0));
+            scrolling(ui, ctx.content_rect().height() - AROUND, |ui| about_text(ui, actions));
         });
     if open != session.view.shows_about {
         actions.push(Action::Verb(Verb::ShowAbout));
     }
+}
+
+fn about_text(ui: &mut egui::Ui, actions: &mut Vec<Action>) {
+    ui.heading(concat!("Superform ", env!("CARGO_PKG_VERSION")));
+    ui.add(Label::new("Turns a 3D shape into a handful of tapered superquadrics.").wrap());
+    ui.add_space(6.0);
+    ui.add(
+        Label::new(
+            "It implements Wu, Liu, Ruan and Chirikjian, Primitive-based Shape Abstraction via \
+                     Nonparametric Bayesian Inference, ECCV 2022.",
+        )
+        .wrap(),
+    );
+    if ui.link("arXiv 2203.14714").on_hover_text(PAPER).clicked() {
+        actions.push(Action::OpenLink(PAPER));
+    }
+    ui.add_space(6.0);
+    ui.label(RichText::new("Licence: MIT or Apache-2.0").color(Palette::of(ui).weak));
 }

@@ -4,7 +4,7 @@
 use egui::{Button, RichText, ScrollArea, Ui};
 
 use super::theme::Palette;
-use super::widgets::tooltip;
+use super::widgets::with_reason;
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 
@@ -24,8 +24,9 @@ pub(super) fn menu(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         if let Some(shortcut) = entry.shortcut {
             button = button.shortcut_text(shortcut.to_string());
         }
-        let response = ui.add_enabled(session.is_enabled(verb), button).on_hover_text(tooltip(verb));
-        if response.on_disabled_hover_text("There is nothing").clicked() {
+        let response = ui.add_enabled(session.is_enabled(verb), button);
+        let text = with_reason(session, verb);
+        if response.on_hover_text(&text).on_disabled_hover_text(&text).clicked() {
             actions.push(Action::Verb(verb));
             ui.close();
         }

@@ -4,13 +4,16 @@ use std::time::SystemTime;
 
 use egui::{Context, Frame, Label, Modal, RichText, Ui};
 
-use super::theme::Palette;
+use super::theme::{self, Palette};
+use super::widgets::{dialog_body, dialog_width};
 use crate::session::Session;
 use crate::session::action::Action;
 use crate::session::keeping::{Found, Opening, Parting, PartingAnswer, ago};
 
 /// Width of a question, in logical pixels.
 const WIDTH: f32 = 440.0;
+/// Height of the buttons below.
+const BUTTONS: f32 = theme::ROW + 16.0;
 
 pub(super) fn show(ctx: &Context, session: &Session, actions: &mut Vec<Action>) {
     if let Some(parting) = session.keeping.parting() {
@@ -23,13 +26,13 @@ pub(super) fn show(ctx: &Context, session: &Session, actions: &mut Vec<Action>) 
 /// What was left behind by windows that ended without being closed.
 fn about_found(ctx: &Context, found: &[Found], actions: &mut Vec<Action>) {
     let response = modal("left behind").frame(frame(ctx)).show(ctx, |ui| {
-        ui.set_width(WIDTH);
+        ui.set_width(dialog_width(ctx, WIDTH));
         ui.heading(if found.len() == 1 { "Recover the last session?" } else { "Recover a session?" });
         ui.add_space(4.0);
-        weak(ui, "Superform ended without being closed. Nothing was lost but, at most, the last step.");
-        ui.add_space(8.0);
         let now = SystemTime::now();
-        egui::ScrollArea::vertical().max_height(260.0).show(ui, |ui| {
+        dialog_body(ui, BUTTONS, |ui| {
+            weak(ui, "Superform ended without being closed. Nothing was lost but, at most, the last step.");
+            ui.add_space(8.0);
             for session in found {
                 row(ui, session, now, actions);
             }
@@ -82,12 +85,14 @@ fn about_unsaved(ctx: &Context, parting: &Parting, actions: &mut Vec<Action>) {
         Parting::Open(_) => ("Save the session before opening another?", "Open without saving"),
     };
     let response = modal("unsaved work").frame(frame(ctx)).show(ctx, |ui| {
-        ui.set_width(WIDTH);
+        ui.set_width(dialog_width(ctx, WIDTH));
         ui.heading(heading);
         ui.add_space(4.0);
-        weak(ui, "It has changes that are in no file, and no journal could be written.");
+        dialog_body(ui, BUTTONS, |ui| {
+            weak(ui, "It has changes that are in no file, and no journal could be written.");
+        });
         ui.add_space(10.0);
-        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
+        ui.with_layout(egui::Layout::right_to_left(egui::Align::Center).with_main_wrap(true), |ui| {
             let mut answer = |ui: &mut Ui, text: &str, tooltip: &str, answer| {
                 if ui.button(text).on_hover_text(tooltip).clicked() {
                     actions.push(Action::AnswerParting(answer));

@@ -4,8 +4,8 @@ use crate::session::Session;
 use crate::session::action::{Action, Key, Shortcut, Verb};
 use crate::session::view::Tool;
 
-/// The verbs whose shortcuts were pressed in this frame and that would do
-/// something. Typing into a field presses next to none.
+/// The verbs whose shortcuts were pressed in this frame, those that would do
+/// something first. Typing into a field presses next to none.
 pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<Action>) {
     // While a list or a question is open, keys belong to it.
     if session.window.shows_commands || ctx.memory(|memory| memory.top_modal_layer().is_some()) {
@@ -23,11 +23,13 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
         for event in &input.events {
             // The system makes these of its own keys for the clipboard.
             match event {
-                egui::Event::Copy if !types && !marks_text && session.is_enabled(Verb::CopyPrimitives) => {
+                egui::Event::Copy if !types && !marks_text => {
                     actions.push(Action::Verb(Verb::CopyPrimitives));
                 }
-                egui::Event::Paste(text) if !types && session.is_enabled(Verb::PastePrimitives) => {
-                    actions.push(Action::Paste(text.clone()));
+                egui::Event::Paste(text) if !types => {
+                    let can = session.is_enabled(Verb::PastePrimitives);
+                    let refused = Action::Verb(Verb::PastePrimitives);
+                    actions.push(if can { Action::Paste(text.clone()) } else { refused });
                 }
                 _ => {}
             }
@@ -56,9 +58,10 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
             // Where the plus is on the keyboard decides whether Shift is held.
             let shift = modifiers.shift && key != Key::Char('+');
             let shortcut = Shortcut { ctrl: modifiers.command, shift, alt: modifiers.alt, key };
-            let verb = Verb::ALL
-                .iter()
-                .find(|verb| session.is_enabled(**verb) && verb.shortcuts().any(|own| own == shortcut));
+            let meant = || Verb::ALL.iter().filter(|verb| verb.shortcuts().any(|own| own == shortcut));
+            let verb = meant().find(|verb| session.is_enabled(**verb));
+            // What can't be done is told why by the session; Escape may always be pressed.
+            let verb = verb.or_else(|| meant().next().filter(|_| key != Key::Escape && !repeat));
             actions.extend(verb.map(|verb| Action::Verb(*verb)));
         }
     });

@@ -5,6 +5,7 @@ use egui::{Panel, Ui, Vec2};
 use serde::{Deserialize, Serialize};
 
 use super::timeline;
+use super::widgets::bounded;
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 
@@ -100,9 +101,9 @@ impl Part {
         let size = sizes.of(self);
         let panel = panel.default_size(*size).size_range(least..=most).resizable(true).frame(frame);
         let shown = collapsible(ui, panel, session, self.verb(), actions, |ui, actions| {
-            // A panel takes the size of what is in it: little, before there is a run.
-            ui.set_min_size(ui.available_size());
-            contents(ui, actions);
+            // A panel takes the size of what is in it: little, before there is a
+            // run, and more than it has where a number is long.
+            bounded(ui, true, |ui| contents(ui, actions));
         });
         // What a narrow window makes of it is not what was wanted.
         if let (Some(shown), false) = (shown, session.window.is_narrow()) {

@@ -64,10 +64,12 @@ impl Log {
                 }
                 let clear = egui::Button::new("Clear");
                 let any = session.messages.iter().len() > 0;
-                if ui.add_enabled(any, clear).on_hover_text(Verb::ClearLog.entry().tooltip).clicked() {
+                let clear = ui.add_enabled(any, clear).on_disabled_hover_text("The log is empty");
+                if clear.on_hover_text(Verb::ClearLog.entry().tooltip).clicked() {
                     actions.push(Action::Verb(Verb::ClearLog));
                 }
                 let copy = ui.add_enabled(!shown.is_empty(), egui::Button::new("Copy all"));
+                let copy = copy.on_disabled_hover_text("No message is listed");
                 if copy.on_hover_text("Copy the messages that are listed, oldest first").clicked() {
                     ui.ctx().copy_text(as_text(shown));
                 }

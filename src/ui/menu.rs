@@ -4,7 +4,7 @@ use egui::{Button, MenuBar, RichText, Ui};
 
 use super::history;
 use super::theme::Palette;
-use super::widgets::menu_item;
+use super::widgets::{menu, menu_item};
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 use crate::session::scene::UpAxis;
@@ -12,11 +12,11 @@ use crate::session::view::{Layer, ThemeChoice};
 
 pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     MenuBar::new().ui(ui, |ui| {
-        ui.menu_button("File", |ui| {
+        menu(ui, "File", |ui| {
             for verb in [Verb::Open, Verb::OpenBuiltIn] {
                 menu_item(ui, session, verb, actions);
             }
-            ui.menu_button("Open recent", |ui| recent(ui, session, actions));
+            menu(ui, "Open recent", |ui| recent(ui, session, actions));
             ui.separator();
             for verb in [Verb::SaveSession, Verb::SaveSessionAs, Verb::ReopenLast] {
                 menu_item(ui, session, verb, actions);
@@ -32,7 +32,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ui.separator();
             menu_item(ui, session, Verb::Quit, actions);
         });
-        ui.menu_button("Edit", |ui| {
+        menu(ui, "Edit", |ui| {
             history::menu(ui, session, actions);
             ui.separator();
             for verb in [Verb::CopyPrimitives, Verb::CopyCsv, Verb::PastePrimitives] {
@@ -50,7 +50,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 menu_item(ui, session, verb, actions);
             }
             ui.separator();
-            ui.menu_button("Handles", |ui| {
+            menu(ui, "Handles", |ui| {
                 for verb in [
                     Verb::HandlesMove,
                     Verb::HandlesRotate,
@@ -66,7 +66,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 menu_item(ui, session, verb, actions);
             }
         });
-        ui.menu_button("Sampler", |ui| {
+        menu(ui, "Sampler", |ui| {
             for verb in
                 [Verb::Run, Verb::Pause, Verb::StepIteration, Verb::Continue, Verb::StepMerge, Verb::MergeAll]
             {
@@ -85,11 +85,11 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             menu_item(ui, session, Verb::RunSeeds, actions);
             menu_item(ui, session, Verb::StopSeeds, actions);
         });
-        ui.menu_button("View", |ui| {
+        menu(ui, "View", |ui| {
             for verb in [Verb::FrameAll, Verb::FrameSelection] {
                 menu_item(ui, session, verb, actions);
             }
-            ui.menu_button("Look from", |ui| {
+            menu(ui, "Look from", |ui| {
                 for verb in [
                     Verb::ViewFront,
                     Verb::ViewBack,
@@ -102,7 +102,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 }
             });
             menu_item(ui, session, Verb::ToggleOrthographic, actions);
-            ui.menu_button("Up axis", |ui| {
+            menu(ui, "Up axis", |ui| {
                 for (axis, text) in [(UpAxis::Y, "Y is up"), (UpAxis::Z, "Z is up")] {
                     if ui.radio(session.view.up == axis, text).clicked() {
                         actions.push(Action::SetUpAxis(axis));
@@ -111,7 +111,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 }
             });
             ui.separator();
-            ui.menu_button("Layers", |ui| {
+            menu(ui, "Layers", |ui| {
                 for layer in Layer::ALL {
                     let mut shown = session.view.shows(layer);
                     if ui.checkbox(&mut shown, layer.text()).clicked() {
@@ -123,7 +123,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 menu_item(ui, session, verb, actions);
             }
         });
-        ui.menu_button("Window", |ui| {
+        menu(ui, "Window", |ui| {
             for verb in
                 [Verb::ToggleLeftPanel, Verb::ToggleRightPanel, Verb::ToggleBottomPanel, Verb::ToggleLog]
             {
@@ -133,7 +133,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             for verb in [Verb::ZoomIn, Verb::ZoomOut, Verb::ZoomReset] {
                 menu_item(ui, session, verb, actions);
             }
-            ui.menu_button("Theme", |ui| {
+            menu(ui, "Theme", |ui| {
                 for choice in ThemeChoice::ALL {
                     menu_item(ui, session, choice.into(), actions);
                 }
@@ -144,7 +144,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ui.separator();
             menu_item(ui, session, Verb::ResetLayout, actions);
         });
-        ui.menu_button("Help", |ui| {
+        menu(ui, "Help", |ui| {
             for verb in [Verb::ShowCommands, Verb::ShowShortcuts, Verb::ShowAbout] {
                 menu_item(ui, session, verb, actions);
             }

@@ -8,7 +8,7 @@ use egui::{
 
 use super::primitives::swatch;
 use super::theme::{self, Palette};
-use super::widgets::{primary_button, verb_button};
+use super::widgets::{figure, keep_clear, primary_button, verb_button};
 use crate::inference::{MergeProposal, TestNumber};
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
@@ -24,7 +24,7 @@ pub(super) fn show(ctx: &Context, session: &Session, viewport: Rect, actions: &m
     if !session.is_judging() {
         return;
     }
-    Area::new(Id::unique("merge card"))
+    let card = Area::new(Id::unique("merge card"))
         .order(egui::Order::Middle)
         .pivot(Align2::CENTER_BOTTOM)
         .fixed_pos(viewport.center_bottom() - vec2(0.0, MARGIN))
@@ -42,6 +42,7 @@ pub(super) fn show(ctx: &Context, session: &Session, viewport: Rect, actions: &m
                 }
             });
         });
+    keep_clear(ctx, card.response.rect);
 }
 
 fn card(ui: &mut Ui, session: &Session, proposal: &MergeProposal, actions: &mut Vec<Action>) {
@@ -169,23 +170,6 @@ fn domain(number: &TestNumber, all: &[TestNumber]) -> (f64, f64) {
     }
 }
 
-/// Three significant digits.
-fn figure(value: f64) -> String {
-    if !value.is_finite() {
-        return "–".to_owned();
-    }
-    let size = value.abs();
-    let text = if size == 0.0 {
-        "0".to_owned()
-    } else if (1e-3..1000.0).contains(&size) {
-        let before = size.log10().floor() as i32 + 1;
-        format!("{size:.*}", usize::try_from(3 - before).unwrap_or(0))
-    } else {
-        format!("{size:.2e}").replace("e-", "e−")
-    };
-    if value < 0.0 { format!("−{text}") } else { text }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -212,12 +196,7 @@ mod tests {
     }
 
     #[test]
-    fn figures_are_short_and_sentences_whole() {
-        assert_eq!(figure(0.7), "0.700");
-        assert_eq!(figure(12.345), "12.3");
-        assert_eq!(figure(0.0), "0");
-        assert_eq!(figure(-0.003_58), "−0.00358");
-        assert_eq!(figure(1.5e-5), "1.50e−5");
+    fn sentences_are_whole() {
         assert_eq!(sentence("it fits"), "It fits.");
     }
 }

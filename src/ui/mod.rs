@@ -39,6 +39,7 @@ mod seeds;
 mod theme;
 mod timeline;
 mod toasts;
+mod tooltips;
 mod viewport;
 mod widgets;
 
@@ -94,6 +95,7 @@ impl Interface {
     /// Without `system_dialogs` paths are always typed.
     pub fn new(ctx: &Context, state: Option<&egui_wgpu::RenderState>, system_dialogs: bool) -> Self {
         theme::install(ctx);
+        ctx.add_plugin(tooltips::QuietTooltips::default());
         Self {
             viewport: Viewport::new(state, "3D view", true),
             odds: OddsCard::default(),
@@ -189,14 +191,14 @@ impl Interface {
         });
         Part::Left.show(ui, place, side, sizes, &mut actions, |ui, actions| {
             ScrollArea::vertical().auto_shrink([false, false]).show(ui, |ui| {
-                controls::show(ui, session, actions);
+                widgets::bounded(ui, false, |ui| controls::show(ui, session, actions));
                 widgets::follow_focus(ui);
             });
         });
         Part::Right.show(ui, place, side, sizes, &mut actions, |ui, actions| {
             let height = ui.available_height();
             ScrollArea::vertical().id_salt("right").auto_shrink([false, false]).show(ui, |ui| {
-                self.primitives.show(ui, session, height, actions);
+                widgets::bounded(ui, false, |ui| self.primitives.show(ui, session, height, actions));
                 widgets::follow_focus(ui);
             });
         });

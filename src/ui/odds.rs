@@ -7,7 +7,7 @@ use egui::{Align2, Context, Id, Label, Rect, RichText, Ui, Window, vec2};
 
 use super::background::Background;
 use super::theme::Palette;
-use super::widgets::{count, length};
+use super::widgets::{count, keep_clear, length};
 use crate::inference::{Explanation, NewTable, Odds, explain};
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
@@ -18,7 +18,7 @@ mod rows;
 mod strip;
 
 /// Width of the card in logical pixels.
-const WIDTH: f32 = 352.0;
+const WIDTH: f32 = 384.0;
 /// Tables that are always shown.
 const FEW: usize = 5;
 /// Samples whose tables are counted within a frame.
@@ -89,7 +89,7 @@ impl OddsCard {
         let (Some(sample), true) = (session.explained, session.view.shows_odds) else { return };
         let (Some(loaded), Some(snapshot)) = (&session.loaded, &session.snapshot) else { return };
         let mut open = true;
-        Window::new(format!("Point {}", count(sample as usize)))
+        let card = Window::new(format!("Point {}", count(sample as usize)))
             .id(Id::unique("odds of a point"))
             .open(&mut open)
             .resizable(false)
@@ -101,6 +101,9 @@ impl OddsCard {
                 ui.set_width(WIDTH.min(viewport.width() - 40.0));
                 self.contents(ui, session, loaded, snapshot, sample, actions);
             });
+        if let Some(card) = card {
+            keep_clear(ctx, card.response.rect);
+        }
         if !open {
             actions.push(Action::Verb(Verb::ShowOdds));
         }

@@ -1,12 +1,13 @@
 //! What floats above the window.
 
-use egui::{Align2, Area, Context, Frame, Id, Label, vec2};
+use egui::{Align2, Area, Button, Context, Frame, Id, Label, RichText, vec2};
 
 use super::commands::Commands;
 use super::errors::{ErrorBox, drop_hint};
 use super::help::{Help, about};
 use super::theme::Palette;
 use super::toasts::Toasts;
+use super::widgets::keep_clear;
 use crate::session::Session;
 use crate::session::action::Action;
 
@@ -28,13 +29,41 @@ impl Overlays {
         actions: &mut Vec<Action>,
     ) {
         caption(ctx, session, viewport);
-        self.toasts.show(ctx, session, viewport, actions);
+        outdated(ctx, session, viewport, actions);
         self.errors.show(ctx, session, viewport, actions);
+        self.toasts.show(ctx, session, viewport, actions);
         self.help.show(ctx, session, actions);
         about(ctx, session, actions);
         self.commands.show(ctx, session, actions);
         drop_hint(ctx, viewport);
     }
+}
+
+/// Says that what is shown is not what the parameters would make now.
+fn outdated(ctx: &Context, session: &Session, viewport: egui::Rect, actions: &mut Vec<Action>) {
+    if !session.is_outdated() || session.is_judging() {
+        return;
+    }
+    let card = Area::new(Id::unique("outdated"))
+        .pivot(Align2::CENTER_TOP)
+        .fixed_pos(viewport.center_top() + vec2(0.0, 10.0))
+        .show(ctx, |ui| {
+            Frame::popup(ui.style()).inner_margin(egui::Margin::symmetric(10, 5)).show(ui, |ui| {
+                ui.horizontal(|ui| {
+                    let palette = Palette::of(ui);
+                    ui.label(RichText::new("Parameters changed").color(palette.warn))
+                        .on_hover_text("What is shown was made with other parameters or samples");
+                    let text = RichText::new("Run").color(palette.on_accent).strong();
+                    let run = ui.add(Button::new(text).fill(palette.accent));
+                    let run = run.accessible_name("Run with the changed parameters");
+                    if run.on_hover_text("Run with the parameters and samples as they are set now").clicked()
+                    {
+                        actions.push(Action::RunAsSet);
+                    }
+                });
+            });
+        });
+    keep_clear(ctx, card.response.rect);
 }
 
 /// What the last merge came to, along the viewport's lower edge.

@@ -8,6 +8,7 @@ use egui::{Align2, Area, Button, Context, DragValue, Id, Label, Modal, ProgressB
 use super::scene::SceneView;
 use super::theme::{self, Palette};
 use super::viewport::Studio;
+use super::widgets;
 use crate::io::{AnimationFormat, LARGEST_GIF};
 use crate::session::Session;
 use crate::session::action::{Action, PictureKind};
@@ -21,6 +22,8 @@ use still::Still;
 /// Logical pixels.
 const WIDTH: f32 = 330.0;
 const LABELS: f32 = 110.0;
+/// Height of the buttons below.
+const BUTTONS: f32 = theme::ROW + 16.0;
 const LEAST_SIDE: u32 = 16;
 
 /// How large a picture is to be.
@@ -143,17 +146,19 @@ impl Pictures {
         let mut done = false;
         let frame = egui::Frame::popup(&ctx.global_style()).inner_margin(14.0);
         let response = Modal::new(Id::unique("picture")).frame(frame).show(ctx, |ui| {
-            ui.set_width(WIDTH);
+            ui.set_width(widgets::dialog_width(ctx, WIDTH));
             ui.heading(match kind {
                 PictureKind::Still => "Save a picture of the 3D view",
                 PictureKind::Turntable => "Save a turntable",
             });
             ui.add_space(6.0);
-            if self.studio.is_none() {
-                ui.label("There is no graphics driver to draw with.");
-            } else {
-                self.settings(ui, kind);
-            }
+            widgets::dialog_body(ui, BUTTONS, |ui| {
+                if self.studio.is_none() {
+                    ui.label("There is no graphics driver to draw with.");
+                } else {
+                    self.settings(ui, kind);
+                }
+            });
             ui.add_space(10.0);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                 let save = ui.add_enabled(self.studio.is_some(), Button::new("Choose file and save…"));
@@ -255,7 +260,7 @@ impl Pictures {
         ctx.request_repaint_after(job::PATIENCE);
         let (done, all) = job.progress();
         let mut is_cancelled = false;
-        Area::new(Id::unique("picture progress"))
+        let card = Area::new(Id::unique("picture progress"))
             .order(egui::Order::Foreground)
             .pivot(Align2::CENTER_TOP)
             .fixed_pos(viewport.center_top() + vec2(0.0, 10.0))
@@ -275,6 +280,7 @@ impl Pictures {
                     });
                 });
             });
+        widgets::keep_clear(ctx, card.response.rect);
         if is_cancelled {
             self.job = None;
         }

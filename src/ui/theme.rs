@@ -99,11 +99,6 @@ pub(super) fn data_color([r, g, b]: [u8; 3]) -> Color32 {
     Color32::from_rgb(r, g, b)
 }
 
-/// What can be read on a colour.
-pub(super) fn ink_on(color: Color32) -> Color32 {
-    if color.intensity() > 0.55 { Color32::BLACK } else { Color32::WHITE }
-}
-
 /// Sets both themes up, once.
 pub(super) fn install(ctx: &egui::Context) {
     // The session has the zoom; the keys for it are in the table of verbs.

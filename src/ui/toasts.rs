@@ -1,12 +1,12 @@
 //! What is said in passing: notes and warnings in the viewport's lower right
-//! corner, which go by themselves.
+//! corner or where no card is in the way, which go by themselves.
 
 use std::time::Duration;
 
-use egui::{Align, Align2, Area, Context, Frame, Id, Label, Layout, RichText, vec2};
+use egui::{Align, Align2, Area, Context, Frame, Id, Label, Layout, Rect, RichText, Vec2, pos2, vec2};
 
 use super::theme::Palette;
-use super::widgets::{close_button, offer_button};
+use super::widgets::{cards, close_button, offer_button};
 use crate::session::Session;
 use crate::session::action::Action;
 use crate::session::messages::{Level, Message};
@@ -17,6 +17,10 @@ const MOST: usize = 4;
 const FADE: f64 = 0.5;
 /// Width of one in logical pixels.
 const WIDTH: f32 = 340.0;
+/// From the viewport's edges and from cards.
+const MARGIN: f32 = 12.0;
+/// As high as one is before it was drawn.
+const USUAL_HEIGHT: f32 = 80.0;
 
 /// One that is shown.
 #[derive(Debug)]
@@ -24,6 +28,8 @@ struct Toast {
     /// That of the message.
     number: u64,
     seconds_left: f64,
+    /// How often the same was said in a row.
+    times: u32,
 }
 
 /// Those that are shown, oldest first.
@@ -48,7 +54,7 @@ impl Toasts {
         self.advance(ctx.input(|i| i.time));
         for message in session.messages.since(self.seen) {
             if matches!(message.level, Level::Note | Level::Warning) {
-                self.shown.push(Toast { number: message.number, seconds_left: seconds(message) });
+                self.take(session, message);
             }
         }
         self.seen = session.messages.count();
@@ -64,11 +70,14 @@ impl Toasts {
         } else {
             ctx.request_repaint_after(Duration::from_secs_f64(next - FADE));
         }
-        let width = WIDTH.min(viewport.width() - 24.0).max(120.0);
+        let width = WIDTH.min(viewport.width() - 2.0 * MARGIN).max(120.0);
+        let id = Id::unique("notes");
+        let before = ctx.memory(|memory| memory.area_rect(id));
+        let size = vec2(width, before.map_or(USUAL_HEIGHT, |rect| rect.height()));
         let mut gone = None;
-        let area = Area::new(Id::unique("notes"))
+        let area = Area::new(id)
             .pivot(Align2::RIGHT_BOTTOM)
-            .fixed_pos(viewport.right_bottom() - vec2(12.0, 12.0))
+            .fixed_pos(place(size, viewport, &cards(ctx)).right_bottom())
             .show(ctx, |ui| {
                 ui.set_width(width);
                 ui.spacing_mut().item_spacing.y = 6.0;
@@ -78,14 +87,31 @@ impl Toasts {
                         if !self.are_held {
                             ui.set_opacity((toast.seconds_left / FADE).clamp(0.0, 1.0) as f32);
                         }
-                        if draw(ui, session, message, actions) {
+                        if draw(ui, session, message, toast.times, actions) {
                             gone = Some(toast.number);
                         }
                     });
                 }
             });
         self.are_held = area.response.contains_pointer();
+        if (area.response.rect.height() - size.y).abs() > 0.5 {
+            // It may be in the way now, or have room elsewhere.
+            ctx.request_repaint();
+        }
         self.shown.retain(|toast| Some(toast.number) != gone);
+    }
+
+    /// Shows a message in place of the last of its kind.
+    fn take(&mut self, session: &Session, message: &Message) {
+        let mut times = 1;
+        self.shown.retain(|toast| {
+            let Some(old) = session.messages.get(toast.number) else { return false };
+            if old.line() == message.line() {
+                times += toast.times;
+            }
+            kind(old) != kind(message)
+        });
+        self.shown.push(Toast { number: message.number, seconds_left: seconds(message), times });
     }
 
     /// Time goes by, but not while the pointer rests on them.
@@ -111,8 +137,48 @@ fn seconds(message: &Message) -> f64 {
     (least + 0.03 * letters + if message.offer.is_some() { 2.0 } else { 0.0 }).min(14.0)
 }
 
+/// What two messages share of which the second takes the place of the first: of
+/// notes the words they begin with, of warnings all but the numbers.
+fn kind(message: &Message) -> (Level, String) {
+    let text = match message.level {
+        Level::Warning => message.line().chars().filter(|c| !c.is_ascii_digit()).collect(),
+        _ => {
+            let topic = message.what.split(':').next().unwrap_or_default();
+            topic.split_whitespace().take(2).collect::<Vec<_>>().join(" ")
+        }
+    };
+    (message.level, text)
+}
+
+/// Where so much fits into the viewport without lying over a card: as far down
+/// and to the right as it can be, or else where it hides least.
+fn place(size: Vec2, viewport: Rect, cards: &[Rect]) -> Rect {
+    let room = viewport.shrink(MARGIN);
+    let above = cards.iter().map(|card| card.top() - MARGIN);
+    let mut bottoms: Vec<f32> =
+        std::iter::once(room.bottom()).chain(above).filter(|b| b - size.y >= room.top()).collect();
+    bottoms.sort_by(|a, b| b.total_cmp(a));
+    bottoms.push(room.top() + size.y);
+    let hidden = |rect: &Rect| -> f32 {
+        cards.iter().map(|card| card.intersect(*rect)).filter(Rect::is_positive).map(|r| r.area()).sum()
+    };
+    bottoms
+        .into_iter()
+        .flat_map(|bottom| [room.right() - size.x, room.left()].map(|left| pos2(left, bottom - size.y)))
+        .map(|at| Rect::from_min_size(at, size))
+        // The first of the best.
+        .min_by(|a, b| hidden(a).total_cmp(&hidden(b)))
+        .unwrap_or(room)
+}
+
 /// Draws one; whether it was closed.
-fn draw(ui: &mut egui::Ui, session: &Session, message: &Message, actions: &mut Vec<Action>) -> bool {
+fn draw(
+    ui: &mut egui::Ui,
+    session: &Session,
+    message: &Message,
+    times: u32,
+    actions: &mut Vec<Action>,
+) -> bool {
     let palette = Palette::of(ui);
     let color = if message.level == Level::Warning { palette.warn } else { palette.accent };
     let mut closed = false;
@@ -122,7 +188,11 @@ fn draw(ui: &mut egui::Ui, session: &Session, message: &Message, actions: &mut V
         ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
             closed = close_button(ui, "Close the note").clicked();
             ui.with_layout(Layout::top_down(Align::Min), |ui| {
-                ui.add(Label::new(&message.what).wrap().selectable(true));
+                let what = match times {
+                    1 => message.what.clone(),
+                    _ => format!("{} (×{times})", message.what),
+                };
+                ui.add(Label::new(what).wrap().selectable(true));
                 for more in [&message.why, &message.advice] {
                     if !more.is_empty() {
                         let text = RichText::new(more).color(palette.weak);
@@ -149,7 +219,7 @@ mod tests {
 
     #[test]
     fn they_go_with_time_but_not_under_the_pointer() {
-        let toast = |number, seconds_left| Toast { number, seconds_left };
+        let toast = |number, seconds_left| Toast { number, seconds_left, times: 1 };
         let mut toasts = Toasts { shown: vec![toast(1, 1.0), toast(2, 4.0)], ..Toasts::default() };
         toasts.advance(0.5);
         assert_eq!(toasts.shown.len(), 2);
@@ -163,5 +233,44 @@ mod tests {
         assert_eq!(toasts.shown.iter().map(|t| t.number).collect::<Vec<_>>(), [2]);
         toasts.advance(200.0);
         assert!(toasts.shown.is_empty());
+    }
+
+    #[test]
+    fn a_repeated_kind_is_shown_once_and_counted() {
+        let mut session = Session::new(Default::default(), Default::default());
+        let mut toasts = Toasts::default();
+        let mut say = |level, what: &str, why: &str| {
+            session.messages.push(level, what, why);
+            let number = session.messages.count();
+            toasts.take(&session, session.messages.get(number).expect("it was just said"));
+            toasts.shown.iter().map(|toast| (toast.number, toast.times)).collect::<Vec<_>>()
+        };
+        assert_eq!(say(Level::Note, "Delete", "it is locked"), [(1, 1)]);
+        assert_eq!(say(Level::Note, "Delete", "it is locked"), [(2, 2)]);
+        assert_eq!(say(Level::Note, "Delete", "it is locked"), [(3, 3)]);
+        assert_eq!(say(Level::Note, "Undid: Select", ""), [(3, 3), (4, 1)]);
+        assert_eq!(say(Level::Note, "Undid: Refit 3", ""), [(3, 3), (5, 1)]);
+        assert_eq!(say(Level::Warning, "the pool has 3 threads", ""), [(3, 3), (5, 1), (6, 1)]);
+        assert_eq!(say(Level::Warning, "the pool has 4 threads", ""), [(3, 3), (5, 1), (7, 1)]);
+        assert_eq!(say(Level::Warning, "the pool is gone", "").len(), 4);
+    }
+
+    #[test]
+    fn they_lie_over_no_card() {
+        let rect = |x, y, w, h| Rect::from_min_size(pos2(x, y), vec2(w, h));
+        let view = rect(290.0, 60.0, 460.0, 420.0);
+        let size = vec2(340.0, 80.0);
+        assert_eq!(place(size, view, &[]).right_bottom(), view.right_bottom() - vec2(MARGIN, MARGIN));
+        // The merge card over the whole lower edge, a legend, odds in a corner.
+        let merge = rect(304.0, 300.0, 432.0, 166.0);
+        let legend = rect(544.0, 240.0, 196.0, 196.0);
+        let odds = rect(300.0, 70.0, 250.0, 110.0);
+        for cards in [vec![merge], vec![legend], vec![legend, merge], vec![odds], vec![odds, merge]] {
+            let found = place(size, view, &cards);
+            assert!(view.contains_rect(found), "{found:?}");
+            assert!(cards.iter().all(|card| !card.intersects(found)), "{cards:?} and {found:?}");
+        }
+        // Where there is no room at all, it is still in the view.
+        assert!(view.contains_rect(place(size, view, &[view])));
     }
 }

@@ -1,12 +1,20 @@
 //! Small parts that the panels share.
 
-use egui::{Button, Color32, Response, RichText, Role, Sense, Ui, WidgetInfo, vec2};
+use egui::{
+    Button, Color32, DragValue, Rangef, Rect, Response, RichText, Role, ScrollArea, Sense, Ui, UiBuilder,
+    WidgetInfo, pos2, vec2,
+};
 
 use super::theme::{self, Palette};
 pub(super) use crate::geometry::cloud::grouped as count;
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 use crate::session::messages::Offer;
+
+/// Between a dialog's contents and the window's edge: its frame and some air.
+const DIALOG_MARGIN: f32 = 26.0;
+/// What of a dialog that scrolls is seen in the lowest window.
+const LEAST_BODY: f32 = 28.0;
 
 /// The heading of a section in a panel.
 pub(super) fn section(ui: &mut Ui, title: &str) {
@@ -44,6 +52,12 @@ pub(super) fn tooltip(verb: Verb) -> String {
     }
 }
 
+/// The tooltip of a verb; where it can't be had also why.
+pub(super) fn with_reason(session: &Session, verb: Verb) -> String {
+    let text = tooltip(verb);
+    session.reason(verb).map_or_else(|| text.clone(), |why| format!("{text}\n{why}"))
+}
+
 /// A button that does the verb; grey while it would do nothing.
 pub(super) fn verb_button(ui: &mut Ui, session: &Session, verb: Verb, width: f32, actions: &mut Vec<Action>) {
     let button = Button::new(verb.entry().text).min_size(vec2(width, theme::ROW));
@@ -66,12 +80,23 @@ pub(super) fn primary_button(
 
 fn add_verb(ui: &mut Ui, session: &Session, verb: Verb, button: Button<'_>, actions: &mut Vec<Action>) {
     let response = ui.add_enabled(session.is_enabled(verb), button);
-    let text = tooltip(verb);
-    let why = session.reason(verb).map(|why| format!("{text}\n{why}"));
-    let why = why.as_deref().unwrap_or(&text);
-    if response.on_hover_text(&text).on_disabled_hover_text(why).clicked() {
+    let text = with_reason(session, verb);
+    if response.on_hover_text(&text).on_disabled_hover_text(&text).clicked() {
         actions.push(Action::Verb(verb));
     }
+}
+
+/// A menu whose entries scroll where the window is too low for them.
+pub(super) fn menu<R>(
+    ui: &mut Ui,
+    title: &str,
+    entries: impl FnOnce(&mut Ui) -> R,
+) -> egui::InnerResponse<Option<R>> {
+    ui.menu_button(title, |ui| {
+        let room = ui.ctx().content_rect().height() - 2.0 * theme::TALL_ROW - 16.0;
+        let area = ScrollArea::vertical().max_height(room).min_scrolled_height(room);
+        area.show(ui, entries).inner
+    })
 }
 
 /// An entry of a menu, with its shortcut and, for what can be on, a mark.
@@ -84,9 +109,11 @@ pub(super) fn menu_item(ui: &mut Ui, session: &Session, verb: Verb, actions: &mu
     if let Some(shortcut) = entry.shortcut {
         button = button.shortcut_text(shortcut.to_string());
     }
-    let why = session.reason(verb).unwrap_or(entry.tooltip);
+    let text = session
+        .reason(verb)
+        .map_or_else(|| entry.tooltip.to_owned(), |why| format!("{}\n{why}", entry.tooltip));
     let response = ui.add_enabled(session.is_enabled(verb), button);
-    if response.on_hover_text(entry.tooltip).on_disabled_hover_text(why).clicked() {
+    if response.on_hover_text(&text).on_disabled_hover_text(&text).clicked() {
         actions.push(Action::Verb(verb));
         ui.close();
     }
@@ -102,11 +129,12 @@ pub(super) fn choice(ui: &mut Ui, on: bool, text: &str, width: f32) -> Response 
 /// A button for what a message offers; whether it was pressed.
 pub(super) fn offer_button(ui: &mut Ui, session: &Session, offer: &Offer, actions: &mut Vec<Action>) -> bool {
     let (enabled, about) = match &*offer.action {
-        Action::Verb(verb) => (session.is_enabled(*verb), tooltip(*verb)),
+        Action::Verb(verb) => (session.is_enabled(*verb), with_reason(session, *verb)),
         Action::ShowInFolder(path) => (true, path.display().to_string()),
         _ => (true, offer.text.to_owned()),
     };
-    let pressed = ui.add_enabled(enabled, Button::new(offer.text)).on_hover_text(about).clicked();
+    let button = ui.add_enabled(enabled, Button::new(offer.text));
+    let pressed = button.on_hover_text(&about).on_disabled_hover_text(about).clicked();
     if pressed {
         actions.push((*offer.action).clone());
     }
@@ -203,18 +231,142 @@ fn lower_first(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
 }
 
-/// A length with four significant digits, in powers of ten where it is very
-/// large or small; `–` where it is not a number.
-pub(super) fn length(value: f64) -> String {
+/// A number for people, with so many significant digits: in powers of ten
+/// where it is very large or small, `–` where it is none.
+fn significant(value: f64, digits: usize) -> String {
+    let size = value.abs();
     if !value.is_finite() {
         return "–".to_owned();
     }
-    let size = value.abs();
-    if size != 0.0 && !(1e-3..1e5).contains(&size) {
-        return format!("{value:.2e}");
+    if size == 0.0 {
+        return "0".to_owned();
     }
-    let before = if size >= 1.0 { size.log10().floor() as usize + 1 } else { 1 };
-    format!("{value:.*}", 4_usize.saturating_sub(before).max(if size < 1.0 { 4 } else { 0 }))
+    if size < 1e-30 {
+        return "≈ 0".to_owned();
+    }
+    // What is rounded up to a limit is beyond it.
+    let exponential = format!("{value:.*e}", digits - 1);
+    let (mantissa, exponent) = exponential.split_once('e').unwrap_or((&exponential, "0"));
+    let exponent: i32 = exponent.parse().unwrap_or(0);
+    if !(-3..5).contains(&exponent) {
+        return format!("{}e{exponent}", trimmed(mantissa));
+    }
+    let decimals = digits as i32 - 1 - exponent;
+    format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
+}
+
+/// Without zeros that say nothing.
+fn trimmed(number: &str) -> &str {
+    if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
+}
+
+/// A length in a table: four significant digits, four decimals at most.
+pub(super) fn length(value: f64) -> String {
+    let text = significant(value, 4);
+    if value.abs() < 1.0 && value != 0.0 && !text.contains(['e', '–', '≈']) {
+        return format!("{value:.4}");
+    }
+    text
+}
+
+/// A density, a weight, a number of a test: three significant digits.
+pub(super) fn figure(value: f64) -> String {
+    significant(value, 3)
+}
+
+/// A setting: as short as four significant digits allow.
+pub(super) fn setting(value: f64) -> String {
+    let text = significant(value, 4);
+    if text.contains('e') { text } else { trimmed(&text).to_owned() }
+}
+
+/// A number that is dragged or typed, shown as `text` has it; one that is left
+/// as it was shown keeps its digits.
+pub(super) fn editable<'a, Num: egui::emath::Numeric>(
+    value: &'a mut Num,
+    text: impl Fn(f64) -> String + 'a,
+) -> DragValue<'a> {
+    let unchanged = value.to_f64();
+    let shown = text(unchanged);
+    DragValue::new(value)
+        .update_while_editing(false)
+        .custom_formatter(move |value, _| text(value))
+        .custom_parser(move |typed| if typed == shown { Some(unchanged) } else { parse(typed) })
+}
+
+/// A number as people type it: with a degree sign, spaces, a true minus.
+fn parse(text: &str) -> Option<f64> {
+    let text: String = text
+        .chars()
+        .filter(|c| !c.is_whitespace() && *c != '°')
+        .map(|c| match c {
+            '−' => '-',
+            ',' => '.',
+            c => c,
+        })
+        .collect();
+    text.parse().ok().filter(|v: &f64| v.is_finite())
+}
+
+/// Draws what must not make its surroundings wider or, where it is `low`,
+/// higher: a panel takes the size of what is in it, and would grow from frame
+/// to frame with contents that fill it and a bit more.
+pub(super) fn bounded<R>(ui: &mut Ui, low: bool, contents: impl FnOnce(&mut Ui) -> R) -> R {
+    let room = ui.available_rect_before_wrap();
+    let mut part = ui.new_child(UiBuilder::new().max_rect(room));
+    let sides = Rect::from_x_y_ranges(room.x_range(), if low { room.y_range() } else { Rangef::EVERYTHING });
+    // Rings around what has the focus are a bit larger.
+    part.shrink_clip_rect(sides.expand(2.0));
+    let result = contents(&mut part);
+    let bottom = if low { room.bottom() } else { part.min_rect().bottom() };
+    ui.advance_cursor_after_rect(Rect::from_min_max(room.min, pos2(room.right(), bottom)));
+    result
+}
+
+/// Where cards are that float over the view, each of which says so in every
+/// frame: what is said in passing keeps away from them.
+#[derive(Debug, Clone, Default)]
+struct Cards(Vec<Rect>);
+
+/// Nothing that comes and goes by itself may lie over this.
+pub(super) fn keep_clear(ctx: &egui::Context, card: Rect) {
+    ctx.data_mut(|data| data.get_temp_mut_or_default::<Cards>(egui::Id::NULL).0.push(card));
+}
+
+/// The cards that were drawn since this was asked last.
+pub(super) fn cards(ctx: &egui::Context) -> Vec<Rect> {
+    ctx.data_mut(|data| std::mem::take(&mut data.get_temp_mut_or_default::<Cards>(egui::Id::NULL).0))
+}
+
+/// The width of a dialog, less in a window that is narrower.
+pub(super) fn dialog_width(ctx: &egui::Context, width: f32) -> f32 {
+    width.min(ctx.content_rect().width() - 2.0 * DIALOG_MARGIN).max(120.0)
+}
+
+/// The part of a dialog that scrolls where the window is too low for it: what
+/// is drawn below, so many logical pixels high, stays in sight.
+pub(super) fn dialog_body<R>(ui: &mut Ui, below: f32, contents: impl FnOnce(&mut Ui) -> R) -> R {
+    let room = dialog_room(ui, below);
+    scrolling(ui, room, contents)
+}
+
+/// The height that is left in a dialog in the present window, without what is
+/// drawn below.
+pub(super) fn dialog_room(ui: &Ui, below: f32) -> f32 {
+    let used = ui.cursor().top() - ui.min_rect().top();
+    (ui.ctx().content_rect().height() - 2.0 * DIALOG_MARGIN - used - below).max(LEAST_BODY)
+}
+
+/// Contents that scroll where they are higher than so many logical pixels.
+pub(super) fn scrolling<R>(ui: &mut Ui, room: f32, contents: impl FnOnce(&mut Ui) -> R) -> R {
+    let room = room.max(LEAST_BODY);
+    let area = ScrollArea::vertical().max_height(room).min_scrolled_height(room).auto_shrink([false, true]);
+    area.show(ui, |ui| {
+        let result = contents(ui);
+        follow_focus(ui);
+        result
+    })
+    .inner
 }
 
 /// A label on the left, a value on the right, for a grid of two columns.
@@ -233,13 +385,45 @@ mod tests {
     fn numbers_stay_short_at_any_size() {
         assert_eq!(count(1), "1");
         assert_eq!(count(1_234_567), "1,234,567");
-        assert_eq!(length(0.0), "0.0000");
-        assert_eq!(length(1.23456), "1.235");
-        assert_eq!(length(123.456), "123.5");
-        assert_eq!(length(12345.6), "12346");
-        assert_eq!(length(f64::NAN), "–");
-        for exponent in -30..30 {
-            assert!(length(-1.23456789 * 10_f64.powi(exponent)).len() <= 9);
+        for (value, expected) in [
+            (0.0, "0"),
+            (1.23456, "1.235"),
+            (123.456, "123.5"),
+            (12345.6, "12346"),
+            (0.01234, "0.0123"),
+            (0.002, "0.0020"),
+            (1e-6, "1e-6"),
+            (-1.234e-7, "-1.234e-7"),
+            (1e5, "1e5"),
+            (99_999.9, "1e5"),
+            (f64::NAN, "–"),
+        ] {
+            assert_eq!(length(value), expected);
         }
+        for (value, expected) in
+            [(1e-6, "1e-6"), (0.5, "0.5"), (30.0, "30"), (0.000_347_82, "3.478e-4"), (0.012_345_6, "0.01235")]
+        {
+            assert_eq!(setting(value), expected);
+        }
+        for (value, expected) in
+            [(0.7, "0.700"), (12.345, "12.3"), (-0.003_58, "-0.00358"), (1.5e-5, "1.5e-5"), (1e-200, "≈ 0")]
+        {
+            assert_eq!(figure(value), expected);
+        }
+        for exponent in -40..40 {
+            let value = -1.23456789 * 10_f64.powi(exponent);
+            for text in [length(value), figure(value), setting(value)] {
+                assert!(text.chars().count() <= 10, "{text}");
+                assert!(exponent < -30 || text.parse::<f64>().is_ok(), "{text}");
+            }
+        }
+    }
+
+    #[test]
+    fn numbers_are_read_as_people_type_them() {
+        assert_eq!(parse(" −12,5 °"), Some(-12.5));
+        assert_eq!(parse("1e-3"), Some(1e-3));
+        assert_eq!(parse("x"), None);
+        assert_eq!(parse("inf"), None);
     }
 }

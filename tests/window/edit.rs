@@ -159,6 +159,12 @@ fn locked_ones_stay_bit_for_bit_when_the_run_starts_over() {
     for button in ["Refit", "Split", "Delete"] {
         assert!(!driver.is_enabled(button), "{button}");
     }
+    // Also by key, which says why, and says it once.
+    for times in ["Delete", "Delete (×2)"] {
+        driver.key(Modifiers::NONE, Key::Delete);
+        assert!(driver.shows("unlock it first") && driver.shows(times), "{times}");
+        assert_eq!(driver.harness.query_all_by_label_contains("unlock it first").count(), 1);
+    }
     driver.press("Reset");
     driver.settle();
     assert_eq!(driver.session().phase(), Some(Phase::Start));

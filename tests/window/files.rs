@@ -2,7 +2,7 @@
 
 use crate::driver::{Driver, PATIENCE, Role, file, options};
 use egui::{Key, Modifiers};
-use egui_kittest::kittest::Queryable;
+use egui_kittest::kittest::{NodeT, Queryable};
 use superform::session::action::Verb;
 use superform::session::view::Layer;
 use superform::worker::Source;
@@ -207,5 +207,122 @@ fn shapes_that_can_hold_no_primitive_give_a_message() {
         assert!(driver.session().messages.open_error().is_some(), "{name} gives no message");
         assert!(driver.shows("Dismiss"), "{name}");
         assert!(!driver.is_enabled("Run"));
+    }
+}
+
+/// Where a control is that a person has to reach.
+fn place_of(driver: &Driver, role: Role, label: &str) -> egui::Rect {
+    driver.harness.get_by_role_and_label(role, label).rect()
+}
+
+/// 1024 × 700, and 1366 × 768 at a zoom of 100, 150 and 200 %.
+const SMALL: [[f32; 2]; 4] = [[1024.0, 700.0], [1366.0, 768.0], [911.0, 512.0], [683.0, 384.0]];
+
+#[test]
+fn dialogs_fit_into_small_windows_with_their_buttons() {
+    for size in SMALL {
+        let mut driver = Driver::start(options(Source::BuiltIn), size);
+        driver.settle();
+        let window = egui::Rect::from_min_size(egui::Pos2::ZERO, size.into());
+        let check = |driver: &mut Driver, dialog: &str, controls: &[(Role, &str)]| {
+            driver.harness.run_steps(4);
+            for &(role, label) in controls {
+                let place = place_of(driver, role, label);
+                assert!(window.contains_rect(place), "{dialog} in {size:?}: {label} is at {place:?}");
+            }
+        };
+        let buttons = [(Role::Button, "Export"), (Role::Button, "Cancel"), (Role::Button, "Browse…")];
+        driver.key(Modifiers::COMMAND, Key::E);
+        check(&mut driver, "export", &buttons);
+        // Every format can be scrolled to.
+        driver.harness.get_by_role_and_label(Role::Button, "Primitives, as numbers, JSON").scroll_to_me();
+        driver.harness.run_steps(8);
+        check(&mut driver, "export", &[(Role::Button, "Primitives, as numbers, JSON")]);
+        driver.key(Modifiers::NONE, Key::Escape);
+        driver.key(Modifiers::SHIFT, Key::F12);
+        check(&mut driver, "picture", &[(Role::Button, "Choose file and save…"), (Role::Button, "Cancel")]);
+        driver.key(Modifiers::NONE, Key::Escape);
+        driver.key(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
+        driver.harness.event(egui::Event::Text("step merge".to_owned()));
+        check(&mut driver, "commands", &[(Role::Button, "Step merge")]);
+        driver.key(Modifiers::NONE, Key::Escape);
+        driver.key(Modifiers::NONE, Key::F1);
+        let scrolled = driver.harness.get_all_by_label_contains("Zoom to the cursor").next().unwrap();
+        scrolled.scroll_to_me();
+        driver.harness.run_steps(8);
+        let last = driver.harness.get_all_by_label_contains("Zoom to the cursor").next().unwrap().rect();
+        assert!(window.contains_rect(last), "help in {size:?}: its end is at {last:?}");
+        driver.key(Modifiers::NONE, Key::Escape);
+        driver.key(Modifiers::COMMAND, Key::O);
+        check(&mut driver, "a path", &[(Role::Button, "Open"), (Role::Button, "Cancel")]);
+        driver.type_path("/no/such/shape.obj");
+        driver.press("Open");
+        driver.settle();
+        driver.press("Details");
+        check(&mut driver, "an error", &[(Role::Button, "Dismiss"), (Role::Button, "Hide details")]);
+    }
+}
+
+#[test]
+fn a_menu_that_is_higher_than_the_window_scrolls() {
+    let mut driver = Driver::start(options(Source::BuiltIn), [683.0, 384.0]);
+    driver.settle();
+    driver.press("Edit");
+    driver.harness.run_steps(3);
+    let last = Verb::ReleasePoints.entry().text;
+    driver.harness.get_by_role_and_label(Role::Button, last).scroll_to_me();
+    driver.harness.run_steps(8);
+    let place = place_of(&driver, Role::Button, last);
+    assert!(place.max.y <= 384.0 && place.min.y > 20.0, "{last} is at {place:?}");
+}
+
+#[test]
+fn a_tooltip_is_in_the_way_of_no_drag_and_no_dialog() {
+    let mut driver = Driver::finished();
+    let slider = place_of(&driver, Role::Slider, "Clusters K");
+    let hover = |driver: &mut Driver, at: egui::Pos2| {
+        driver.harness.hover_at(at + egui::vec2(1.0, 0.0));
+        driver.harness.run_steps(2);
+        driver.harness.hover_at(at);
+        driver.harness.run_steps(60);
+    };
+    let tip = "the number of k-means clusters";
+    hover(&mut driver, slider.center());
+    assert!(driver.shows(tip));
+    driver.harness.drag_at(slider.center());
+    driver.harness.run_steps(2);
+    assert!(!driver.shows(tip), "the slider is held");
+    driver.harness.hover_at(slider.center() + egui::vec2(6.0, 0.0));
+    driver.harness.run_steps(60);
+    assert!(!driver.shows(tip), "the slider is dragged");
+    driver.harness.drop_at(slider.center());
+    driver.settle();
+    hover(&mut driver, slider.center());
+    assert!(driver.shows(tip), "it comes back");
+    driver.key(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
+    driver.harness.run_steps(60);
+    assert!(driver.session().window.shows_commands && !driver.shows(tip), "a dialog lies over it");
+}
+
+#[test]
+fn no_contents_widen_a_panel() {
+    let folder = tempfile::tempdir().unwrap();
+    let points: String = (0..200).map(|i| format!("{} {} {}\n", i % 7, i % 11, i % 13)).collect();
+    let long = file(&folder, &format!("{}.xyz", "a long name of a file ".repeat(8)), &points);
+    for size in [[1280.0, 800.0], [900.0, 600.0], [640.0, 480.0]] {
+        let mut driver = Driver::start(options(Source::File(long.clone())), size);
+        driver.settle();
+        driver.toggle("Live");
+        let view = driver.viewport();
+        driver.slide("New cluster p0", 1e-6);
+        driver.slide("Concentration α", 0.001_234_567_8);
+        let seed = driver.harness.get_by_role_and_label(Role::SpinButton, "Seed");
+        seed.set_value_accesskit(1.8e19);
+        driver.harness.run_steps(60);
+        let now = driver.viewport();
+        assert!((now.left() - view.left()).abs() < 0.5, "{size:?}: {view:?} became {now:?}");
+        assert!((now.right() - view.right()).abs() < 0.5, "{size:?}: {view:?} became {now:?}");
+        let p0 = driver.harness.get_by_role_and_label(Role::SpinButton, "New cluster p0");
+        assert_eq!(p0.accesskit_node().value().as_deref(), Some("1e-6"));
     }
 }

@@ -3,6 +3,7 @@
 use std::time::Instant;
 
 use crate::driver::{Driver, PATIENCE, Role, options};
+use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use superform::inference::Phase;
 use superform::session::Session;
@@ -100,6 +101,61 @@ fn live_off_leaves_sliders_to_the_next_step() {
     driver.settle();
     assert_eq!(driver.session().snapshot.as_ref().unwrap().start.clusters, 5);
     assert!(!driver.shows("this run has K"));
+}
+
+#[test]
+fn what_is_shown_says_when_parameters_have_changed_since() {
+    let chip = "Parameters changed";
+    let run = "Run with the changed parameters";
+    let mut driver = Driver::finished();
+    assert!(!driver.shows(chip));
+    driver.slide("Concentration α", 2.0);
+    driver.settle();
+    assert!(!driver.shows(chip), "Live follows");
+    driver.toggle("Live");
+    driver.slide("Concentration α", 0.5);
+    assert!(driver.shows(chip));
+    driver.slide("Concentration α", 2.0);
+    assert!(!driver.shows(chip), "it was turned back");
+    for slider in ["Concentration α", "Clusters K"] {
+        driver.slide(slider, 7.0);
+        assert!(driver.shows(chip), "{slider}");
+        driver.press(run);
+        driver.settle();
+        assert!(!driver.shows(chip), "{slider}");
+    }
+    let start = driver.session().snapshot.as_ref().unwrap().start;
+    assert_eq!((start.alpha, start.clusters), (7.0, 7));
+    driver.harness.get_by_role_and_label(Role::SpinButton, "seed").set_value_accesskit(5.0);
+    driver.harness.run_steps(2);
+    assert!(driver.shows(chip), "other samples");
+    driver.press(run);
+    driver.until(|session| session.loaded.as_ref().is_some_and(|l| l.sampling.seed == 5));
+    driver.settle();
+    assert!(!driver.shows(chip));
+    driver.key(Modifiers::SHIFT, Key::Space);
+    driver.settle();
+    assert!(!driver.shows(chip), "to go on changes no parameter");
+}
+
+#[test]
+fn tooltips_say_when_a_change_is_taken() {
+    let mut driver = Driver::finished();
+    for (live, said, not_said) in
+        [(true, "made anew at every change", "Taken at"), (false, "Taken at the next start", "made anew")]
+    {
+        if !live {
+            driver.toggle("Live");
+        }
+        let slider = driver.harness.get_by_role_and_label(Role::Slider, "Clusters K").rect().center();
+        driver.harness.hover_at(slider + egui::vec2(1.0, 0.0));
+        driver.harness.run_steps(2);
+        driver.harness.hover_at(slider);
+        driver.harness.run_steps(60);
+        assert!(driver.shows(said) && !driver.shows(not_said), "Live is {live}");
+        driver.harness.hover_at(egui::pos2(5.0, 5.0));
+        driver.harness.run_steps(30);
+    }
 }
 
 #[test]

@@ -3,11 +3,11 @@
 use egui::{Frame, Label, Margin, RichText, Ui};
 
 use super::Row;
-use super::rows::{number, percent};
+use super::rows::percent;
 use crate::inference::Explanation;
 use crate::session::Session;
 use crate::ui::theme::Palette;
-use crate::ui::widgets::{count, length};
+use crate::ui::widgets::{count, figure, length, setting};
 
 pub(super) fn show(ui: &mut Ui, session: &Session, explanation: &Explanation, row: Row<'_>) {
     let fill = ui.visuals().extreme_bg_color;
@@ -20,13 +20,13 @@ pub(super) fn show(ui: &mut Ui, session: &Session, explanation: &Explanation, ro
                 let terms = format!(
                     "{} · {} · ½ = {}",
                     count(odds.n.max(0.0) as usize),
-                    number(odds.density),
-                    number(odds.weight)
+                    figure(odds.density),
+                    figure(odds.weight)
                 );
                 (format!("weight of {} = n · N(d; 0, σ²) · ½", odds.id), terms, odds.weight)
             }
             Row::New(new) => {
-                let terms = format!("{} · {} = {}", new.alpha, new.p0, number(new.weight));
+                let terms = format!("{} · {} = {}", setting(new.alpha), setting(new.p0), figure(new.weight));
                 ("weight of a new table = α · p0".to_owned(), terms, new.weight)
             }
         };
@@ -37,7 +37,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, explanation: &Explanation, ro
             Row::Present(odds) => odds.id.to_string(),
             Row::New(_) => "new".to_owned(),
         };
-        line(ui, &format!("p(z = {whose}) = {} / {} = {share}", number(weight), number(total)))
+        line(ui, &format!("p(z = {whose}) = {} / {} = {share}", figure(weight), figure(total)))
             .on_hover_text("The weight over the sum of all weights");
         let weak = Palette::of(ui).weak;
         let note = match row {
@@ -50,7 +50,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, explanation: &Explanation, ro
                     "d = {} and σ = {} in the file's units, × {} in the sampler's.",
                     length(odds.distance_input),
                     length(odds.sigma / scale),
-                    number(scale)
+                    figure(scale)
                 )
             }
             Row::New(_) => {

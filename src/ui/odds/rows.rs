@@ -4,8 +4,8 @@ use egui::{Align2, Color32, FontId, Rect, Response, Role, Sense, Ui, WidgetInfo,
 
 use super::Row;
 use crate::session::Session;
-use crate::ui::theme::{Palette, data_color, ink_on};
-use crate::ui::widgets::{count, length};
+use crate::ui::theme::{Palette, data_color};
+use crate::ui::widgets::{count, figure, length};
 
 /// Height of a row in logical pixels.
 const HEIGHT: f32 = 19.0;
@@ -13,6 +13,8 @@ const SWATCH: f32 = 10.0;
 /// Right edges of the columns n, d, N and weight, from the left.
 const COLUMNS: [f32; 4] = [92.0, 146.0, 200.0, 258.0];
 const GAP: f32 = 6.0;
+/// Width of a share in percent.
+const NUMBER: f32 = 54.0;
 
 /// The names of the columns.
 pub(super) fn header(ui: &mut Ui) {
@@ -42,11 +44,11 @@ pub(super) fn show(ui: &mut Ui, session: &Session, row: Row<'_>, is_chosen: bool
             format!("{}", odds.id),
             count(odds.n.max(0.0) as usize),
             length(odds.distance_input),
-            number(odds.density),
-            number(odds.weight),
+            figure(odds.density),
+            figure(odds.weight),
         ],
         Row::New(new) => {
-            ["new".to_owned(), "α".to_owned(), String::new(), "p0".to_owned(), number(new.weight)]
+            ["new".to_owned(), "α".to_owned(), String::new(), "p0".to_owned(), figure(new.weight)]
         }
     };
     let odds = percent(row.probability());
@@ -65,7 +67,9 @@ pub(super) fn show(ui: &mut Ui, session: &Session, row: Row<'_>, is_chosen: bool
     if is_chosen || response.hovered() || response.has_focus() {
         ui.painter().rect_filled(rect.expand2(vec2(4.0, 0.0)), 3.0, visuals.weak_bg_fill);
     }
-    let text = if row.probability() < 5e-4 { palette.weak } else { ui.visuals().text_color() };
+    // Weak text would be too weak on what is chosen.
+    let is_weak = row.probability() < 5e-4 && !is_chosen && !response.hovered();
+    let text = if is_weak { palette.weak } else { ui.visuals().text_color() };
     let font = FontId::proportional(12.0);
     let middle = rect.center().y;
     let color = match row {
@@ -83,26 +87,24 @@ pub(super) fn show(ui: &mut Ui, session: &Session, row: Row<'_>, is_chosen: bool
     for (right, value) in COLUMNS.into_iter().zip([n, d, density, weight]) {
         painter.text(pos2(rect.left() + right, middle), Align2::RIGHT_CENTER, value, font.clone(), text);
     }
-    bar(ui, rect, row.probability(), &odds, color, text);
+    bar(ui, rect, row.probability(), odds, color, text);
     response.on_hover_text("Click to see how its weight comes about")
 }
 
-/// The share of all weights, as a bar with its number.
-fn bar(ui: &Ui, row: Rect, share: f64, number: &str, color: Color32, text: Color32) {
-    let from = row.left() + COLUMNS[3] + 2.0 * GAP;
-    let room = Rect::from_min_max(pos2(from, row.top() + 4.0), pos2(row.right(), row.bottom() - 4.0));
+/// The share of all weights, as a bar with its number beside it.
+fn bar(ui: &Ui, row: Rect, share: f64, number: String, color: Color32, text: Color32) {
     let painter = ui.painter();
+    let middle = row.center().y;
+    painter.text(pos2(row.right(), middle), Align2::RIGHT_CENTER, number, FontId::proportional(11.0), text);
+    let from = row.left() + COLUMNS[3] + 2.0 * GAP;
+    let room = Rect::from_x_y_ranges(from..=row.right() - NUMBER, row.top() + 4.0..=row.bottom() - 4.0);
+    if room.width() < 8.0 {
+        return;
+    }
     painter.rect_filled(room, 2.0, ui.visuals().extreme_bg_color);
     let mut full = room;
     full.set_width(room.width() * share.clamp(0.0, 1.0) as f32);
-    painter.rect_filled(full, 2.0, color.gamma_multiply(0.75));
-    let font = FontId::proportional(11.0);
-    let galley = painter.layout_no_wrap(number.to_owned(), font, text);
-    // Beside the bar, and over it only where there is no other room.
-    let beside = full.right() + 4.0 + galley.size().x <= room.right();
-    let x = if beside { full.right() + 4.0 } else { room.right() - 4.0 - galley.size().x };
-    let color = if beside { text } else { ink_on(color) };
-    painter.galley_with_override_text_color(pos2(x, room.center().y - 0.5 * galley.size().y), galley, color);
+    painter.rect_filled(full, 2.0, color);
 }
 
 /// A small square in a primitive's colour.
@@ -125,38 +127,16 @@ pub(super) fn percent(share: f64) -> String {
     }
 }
 
-/// A density or a weight with three digits.
-pub(super) fn number(value: f64) -> String {
-    let size = value.abs();
-    if size == 0.0 || !size.is_finite() {
-        return if size == 0.0 { "0".to_owned() } else { "–".to_owned() };
-    }
-    if size < 1e-30 {
-        return "≈ 0".to_owned();
-    }
-    if !(1e-3..1e5).contains(&size) {
-        return format!("{value:.1e}");
-    }
-    let before = size.log10().floor().max(0.0) as usize;
-    format!("{value:.*}", 3_usize.saturating_sub(before).max(1))
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
-    fn numbers_are_short_and_never_lie_about_zero() {
+    fn shares_never_lie_about_zero() {
         assert_eq!(percent(1.0), "100.0 %");
         assert_eq!(percent(0.9993), "99.93 %");
         assert_eq!(percent(0.5), "50.0 %");
         assert_eq!(percent(0.0), "0.00 %");
         assert_eq!(percent(1e-9), "< 0.01 %");
-        assert_eq!(number(0.0), "0");
-        assert_eq!(number(1e-200), "≈ 0");
-        assert_eq!(number(139.62), "139.6");
-        for exponent in -40..40 {
-            assert!(number(1.23456 * 10_f64.powi(exponent)).chars().count() <= 7);
-        }
     }
 }

@@ -8,7 +8,7 @@ use crate::inference::Primitive;
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 use crate::ui::theme::{self, Palette};
-use crate::ui::widgets::{choice, count, divide, length, tooltip, verb_button};
+use crate::ui::widgets::{choice, count, divide, length, verb_button, with_reason};
 
 /// Primitives that are offered to be merged with.
 const NEIGHBORS: usize = 8;
@@ -134,7 +134,9 @@ fn handles(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut 
                 (Verb::HandlesRoundness, "Round"),
             ] {
                 let is_on = session.is_on(verb) == Some(true);
-                if choice(ui, is_on, text, width).on_hover_text(tooltip(verb)).clicked() {
+                let tooltip = with_reason(session, verb);
+                let response = choice(ui, is_on, text, width).on_hover_text(&tooltip);
+                if response.on_disabled_hover_text(tooltip).clicked() {
                     actions.push(Action::Verb(verb));
                 }
             }
@@ -166,21 +168,23 @@ fn buttons(ui: &mut Ui, session: &Session, verbs: &[(Verb, &str)], actions: &mut
 }
 
 fn short_button(ui: &mut Ui, session: &Session, verb: Verb, text: &str, width: f32) -> Response {
-    let tooltip = tooltip(verb);
-    let why = session.reason(verb).unwrap_or(&tooltip);
+    let tooltip = with_reason(session, verb);
     let button = Button::new(text).min_size(vec2(width, theme::ROW));
-    ui.add_enabled(session.is_enabled(verb), button).on_hover_text(&tooltip).on_disabled_hover_text(why)
+    ui.add_enabled(session.is_enabled(verb), button).on_hover_text(&tooltip).on_disabled_hover_text(&tooltip)
 }
 
 /// A menu of the nearest others; the chosen merge is judged first.
 fn merge_with(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<Action>) {
-    let can = session.can_edit() && !primitive.locked && session.primitives().len() > 1;
-    ui.add_enabled_ui(can, |ui| {
+    let others = nearest(session, primitive);
+    let why = session
+        .why_fixed(primitive)
+        .or_else(|| others.is_empty().then_some("There is no other primitive that isn't locked"));
+    ui.add_enabled_ui(why.is_none(), |ui| {
         ui.horizontal(|ui| {
             let width = ui.available_width();
             let button = Button::new("Merge with…").min_size(vec2(width, theme::ROW));
             let (response, _) = egui::containers::menu::MenuButton::from_button(button).ui(ui, |ui| {
-                for other in nearest(session, primitive) {
+                for other in others {
                     let row = ui.horizontal(|ui| {
                         swatch(ui, session, other.id);
                         let text = format!("Primitive {}, {} points", other.id, count(other.points));
@@ -194,7 +198,7 @@ fn merge_with(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &m
             });
             response
                 .on_hover_text("Choose another one, and see what the test says of one primitive for both")
-                .on_disabled_hover_text("There is none that it can be merged with, or it is locked");
+                .on_disabled_hover_text(why.unwrap_or_default());
         });
     });
 }

@@ -368,7 +368,9 @@ fn lock(ui: &mut Ui, session: &Session, primitive: &Primitive, rect: Rect, is_ne
     if locked || is_near || response.has_focus() {
         paint_padlock(ui, rect.center(), locked, color);
     }
-    let text = if locked {
+    let text = if let Some(why) = session.reason(Verb::LockSelected).filter(|_| !can) {
+        why.to_owned()
+    } else if locked {
         format!("Unlock primitive {id}: the sampler may change it and its points again")
     } else {
         format!(

@@ -1,6 +1,6 @@
 //! θ of a primitive as numbers that can be dragged and typed.
 
-use egui::{DragValue, Key, RichText, Ui, vec2};
+use egui::{Key, RichText, Ui, vec2};
 
 use crate::geometry::Superquadric;
 use crate::inference::Primitive;
@@ -8,7 +8,7 @@ use crate::session::Session;
 use crate::session::action::Action;
 use crate::session::shaping::{ShapeDraft, ShapeLimits};
 use crate::ui::theme::{self, Palette};
-use crate::ui::widgets::length;
+use crate::ui::widgets::{editable, length};
 
 /// Width of the column of labels.
 const LABELS: f32 = 78.0;
@@ -197,19 +197,13 @@ fn number(
 ) -> egui::Response {
     ui.spacing_mut().button_padding.x = 2.0;
     let mut value = line.value(theta, column);
-    let (shown, unchanged) = (line.text(value), value);
+    let unchanged = value;
     let (low, high) = line.range(limits, column);
-    let number = DragValue::new(&mut value)
+    let number = editable(&mut value, move |v| line.text(v))
         .range(low..=high)
         // What fits have brought forth is not changed by being looked at.
         .clamp_existing_to_range(false)
-        .speed(line.speed(limits))
-        .update_while_editing(false)
-        .custom_formatter(|v, _| line.text(v))
-        .custom_parser(move |text| {
-            // A number that was entered and left as it was shown keeps its digits.
-            if text == shown { Some(unchanged) } else { parse(text) }
-        });
+        .speed(line.speed(limits));
     let response = ui.add_sized([width, theme::ROW], number);
     if value != unchanged {
         line.set(theta, column, value);
@@ -217,31 +211,9 @@ fn number(
     response
 }
 
-/// A number as people type it: with a degree sign, spaces, a true minus.
-fn parse(text: &str) -> Option<f64> {
-    let text: String = text
-        .chars()
-        .filter(|c| !c.is_whitespace() && *c != '°')
-        .map(|c| match c {
-            '−' => '-',
-            ',' => '.',
-            c => c,
-        })
-        .collect();
-    text.parse().ok().filter(|v: &f64| v.is_finite())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn numbers_are_read_as_people_type_them() {
-        assert_eq!(parse(" −12,5 °"), Some(-12.5));
-        assert_eq!(parse("1e-3"), Some(1e-3));
-        assert_eq!(parse("x"), None);
-        assert_eq!(parse("inf"), None);
-    }
 
     #[test]
     fn every_number_is_read_where_it_is_set() {

@@ -5,7 +5,7 @@ use egui::{Color32, Painter, Pos2, Rect, Response, Role, Sense, Shape, Stroke, U
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 use crate::ui::theme;
-use crate::ui::widgets::tooltip;
+use crate::ui::widgets::with_reason;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Icon {
@@ -24,7 +24,7 @@ pub(super) fn verb_icon(ui: &mut Ui, session: &Session, verb: Verb, icon: Icon, 
     let on = session.is_on(verb);
     let enabled = session.is_enabled(verb);
     let response = ui.add_enabled_ui(enabled, |ui| button(ui, icon, verb.entry().text, on)).inner;
-    let text = tooltip(verb);
+    let text = with_reason(session, verb);
     if response.on_hover_text(&text).on_disabled_hover_text(&text).clicked() {
         actions.push(Action::Verb(verb));
     }

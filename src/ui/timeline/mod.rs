@@ -33,9 +33,7 @@ const NAMES: f32 = 132.0;
 /// Width of the figures on the right, and of a panel that has room for them.
 const FIGURES: f32 = 178.0;
 const WIDE: f32 = 780.0;
-/// Height of the figures in a row of their own, and of a panel that has room
-/// for it.
-const FIGURES_ROW: f32 = 30.0;
+/// Height of a panel that has room for the figures in a row of their own.
 const LOW: f32 = 140.0;
 
 /// What the panel remembers besides the session.
@@ -68,7 +66,7 @@ impl Timeline {
             });
         } else if body.height() >= LOW {
             let mut row = body;
-            row.max.y = row.min.y + FIGURES_ROW;
+            row.max.y = row.min.y + figures::row_height(session);
             body.min.y = row.max.y + 2.0;
             within(ui, row, |ui| figures::show(ui, session));
         }

@@ -11,7 +11,7 @@ use crate::session::scalar::{Top, Unit};
 use crate::session::view::{ColorBy, View};
 use crate::ui::scene::{Legend, Scene};
 use crate::ui::theme::{self, Palette, data_color};
-use crate::ui::widgets::{length, tooltip};
+use crate::ui::widgets::{keep_clear, length, tooltip};
 
 /// Logical pixels.
 const BAR: f32 = 12.0;
@@ -50,6 +50,7 @@ fn panel(ui: &mut Ui, rect: Rect, height: f32) -> Option<(Rect, Ui)> {
     let panel = Rect::from_min_size(rect.right_bottom() - size - CORNER, size);
     let fill = Palette::of(ui).overlay.gamma_multiply(0.9);
     ui.painter().with_clip_rect(rect).rect_filled(panel, 5.0, fill);
+    keep_clear(ui.ctx(), panel);
     // What is pressed here is not meant for the view behind.
     ui.interact(panel, ui.scope_id().with("legend"), Sense::click_and_drag());
     let inside = UiBuilder::new().max_rect(panel.shrink(PADDING));

@@ -9,6 +9,7 @@ use crate::session::scalar::round_up;
 use crate::session::view::Layer;
 use crate::ui::scene::SceneView;
 use crate::ui::theme::Palette;
+use crate::ui::widgets::figure;
 
 /// Logical pixels from number to number, at least.
 const GAP: f32 = 46.0;
@@ -124,7 +125,7 @@ fn bar(ui: &Ui, view: &SceneView<'_>, frame: &Frame, rect: Rect) {
 /// A number with as many decimals as its step asks for.
 fn tick(value: f64, step: f64) -> String {
     if step < 1e-4 || value.abs() >= 1e6 {
-        return format!("{value:.2e}");
+        return figure(value);
     }
     let decimals = (-(step * (1.0 + 1e-9)).log10().floor()).clamp(0.0, 5.0) as usize;
     // The steps 1.5 and 0.15 want one more.

@@ -11,7 +11,7 @@ use crate::session::Session;
 use crate::session::action::{Action, Verb};
 use crate::session::view::{ColorBy, Layer, Picks, SurfaceStyle, View};
 use crate::ui::theme::{self, Palette};
-use crate::ui::widgets::{menu_item, tooltip};
+use crate::ui::widgets::{menu, menu_item, tooltip};
 
 /// Logical pixels.
 const ICON: f32 = 26.0;
@@ -93,7 +93,7 @@ fn surface_style(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
 /// What is shown at all.
 fn shown(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     // Room for the mark that a menu opens.
-    let menu = ui.menu_button("Show    ", |ui| {
+    let shown = menu(ui, "Show    ", |ui| {
         for layer in Layer::ALL {
             let mut on = session.view.shows(layer);
             if ui.checkbox(&mut on, layer.text()).clicked() {
@@ -121,11 +121,11 @@ fn shown(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         menu_item(ui, session, Verb::ToggleOrthographic, actions);
         menu_item(ui, session, Verb::ShowAll, actions);
     });
-    let mark = menu.response.rect.right_center() - vec2(13.0, 0.0);
-    let color = ui.style().interact(&menu.response).text_color();
+    let mark = shown.response.rect.right_center() - vec2(13.0, 0.0);
+    let color = ui.style().interact(&shown.response).text_color();
     let triangle = vec![mark + vec2(-4.5, -2.5), mark + vec2(4.5, -2.5), mark + vec2(0.0, 4.0)];
     ui.painter().add(Shape::convex_polygon(triangle, color, Stroke::NONE));
-    menu.response.accessible_name("Show").on_hover_text("What the view shows, and how large points are");
+    shown.response.accessible_name("Show").on_hover_text("What the view shows, and how large points are");
 }
 
 fn lower(text: &str) -> String {
