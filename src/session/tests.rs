@@ -11,7 +11,9 @@ use crate::io::{Attributes, Format, PointCloud, Shape, ShapeGeometry};
 use crate::worker::{Cause, Event};
 
 mod hand;
+mod in_logs;
 mod live;
+mod naming;
 mod playback;
 
 fn loaded() -> Arc<LoadedShape> {

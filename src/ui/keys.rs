@@ -27,7 +27,7 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
                     actions.push(Action::Verb(Verb::CopyPrimitives));
                 }
                 egui::Event::Paste(text) if !types && session.is_enabled(Verb::PastePrimitives) => {
-                    actions.push(Action::Paste(text.clone()));
+                    actions.push(Action::Paste(text.clone().into()));
                 }
                 _ => {}
             }

@@ -4,6 +4,8 @@
 #![cfg(feature = "window")]
 #![allow(clippy::print_stderr)] // says what was skipped
 
+mod coplanar;
+
 use std::f32::consts::PI;
 
 use glam::{Vec2, Vec3};
