@@ -59,6 +59,18 @@ fn units_per_pixel(depth: f32) -> f32 {
     return select(scale * depth, scale, frame.eye.w > 0.5);
 }
 
+// Surfaces of different layers that lie in one another are as far apart as
+// this, in scene units, so that one covers the other as a whole: fits are never
+// exact, and without it they would show in patches.
+const FILM: f32 = 0.006;
+
+// The place, in view space, that looks the same from the camera but is nearer
+// by so many scene units.
+fn nearer(view: vec3<f32>, by: f32) -> vec3<f32> {
+    let most = select(0.25 * length(view), by, frame.eye.w > 0.5);
+    return view + view_direction(view) * min(by, most);
+}
+
 // A studio that turns with the camera: key light from the upper left, weak
 // fill from the right, bounce from below, a rim from behind. `albedo` is
 // linear, and so is the result.

@@ -6,14 +6,25 @@ struct Varyings {
     @location(1) normal: vec3<f32>,
 }
 
-@vertex
-fn vs_main(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> Varyings {
+fn lifted(position: vec3<f32>, normal: vec3<f32>, lift: f32) -> Varyings {
     var out: Varyings;
-    let view = frame.view_from_world * vec4<f32>(position, 1.0);
-    out.position = frame.clip_from_view * view;
-    out.view = view.xyz;
+    let view = (frame.view_from_world * vec4<f32>(position, 1.0)).xyz;
+    out.position = frame.clip_from_view * vec4<f32>(nearer(view, lift), 1.0);
+    out.view = view;
     out.normal = (frame.view_from_world * vec4<f32>(normal, 0.0)).xyz;
     return out;
+}
+
+// The film lies on what was fitted to the input.
+@vertex
+fn vs_ghost(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> Varyings {
+    return lifted(position, normal, FILM);
+}
+
+// The solid lies under it.
+@vertex
+fn vs_solid(@location(0) position: vec3<f32>, @location(1) normal: vec3<f32>) -> Varyings {
+    return lifted(position, normal, -FILM);
 }
 
 fn towards_camera(in: Varyings, v: vec3<f32>) -> vec3<f32> {

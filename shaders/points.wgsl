@@ -37,7 +37,7 @@ fn vs_main(
         out.ring = 1.3 * frame.params.x;
     }
     // Like a ball, the splat stands out of the surface that it lies on.
-    let lifted = view + view_direction(view) * (radius + out.ring) * units_per_pixel(depth);
+    let lifted = nearer(view, (radius + out.ring) * units_per_pixel(depth));
     let clip = frame.clip_from_view * vec4<f32>(lifted, 1.0);
     let unit = vec2<f32>(f32(corner & 1u), f32(corner >> 1u)) * 2.0 - 1.0;
     let offset = unit * (radius + out.ring + 0.75);

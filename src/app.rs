@@ -289,7 +289,7 @@ impl App {
                 Effect::AskForShape => self.ask(ctx, Purpose::Open),
                 Effect::AskForExport => self.interface.ask_for_export(&self.session),
                 Effect::AskForPrimitives => self.ask(ctx, Purpose::Primitives),
-                Effect::Copy(text) => ctx.copy_text(text),
+                Effect::Copy(text) => ctx.copy_text(text.into_inner()),
                 Effect::RequestPaste => ctx.send_viewport_cmd(egui::ViewportCommand::RequestPaste),
                 Effect::AskForScreenshot => self.ask(ctx, Purpose::Screenshot),
                 Effect::SaveScreenshot(path) => self.request_picture(ctx, path),

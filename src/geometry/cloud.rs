@@ -1,6 +1,10 @@
 //! The cloud that the sampler works on, and its tie to the input.
 
+use std::fmt;
+
 use nalgebra::Point3;
+
+use super::brief::Brief;
 
 /// Marks an input point that no sample stands for: it had a coordinate that
 /// was not finite, or it is an outlier.
@@ -10,7 +14,7 @@ pub const NO_SAMPLE: u32 = u32::MAX;
 ///
 /// Labels are inferred for these `points`; [`SampleCloud::labels_of_input`]
 /// carries them back to every point of the input, in the input's order.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct SampleCloud {
     /// The samples, in input units; all coordinates finite.
     pub points: Vec<Point3<f64>>,
@@ -20,6 +24,16 @@ pub struct SampleCloud {
     pub sample_of_input: Option<Vec<u32>>,
     /// What of the input the samples stand for.
     pub part: SampledPart,
+}
+
+impl fmt::Debug for SampleCloud {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SampleCloud")
+            .field("points", &Brief::of_points(&self.points))
+            .field("sample_of_input", &self.sample_of_input.as_ref().map(Brief::of))
+            .field("part", &self.part)
+            .finish()
+    }
 }
 
 /// What of a shape is sampled.

@@ -1,12 +1,25 @@
 //! Triangle meshes.
 
+use std::fmt;
+
 use nalgebra::Point3;
 
+use super::brief::Brief;
+
 /// A triangle mesh in input units. Faces index `vertices`.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Clone, Default, PartialEq)]
 pub struct TriMesh {
     pub vertices: Vec<Point3<f64>>,
     pub faces: Vec<[u32; 3]>,
+}
+
+impl fmt::Debug for TriMesh {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("TriMesh")
+            .field("vertices", &Brief::of_points(&self.vertices))
+            .field("faces", &Brief::of(&self.faces))
+            .finish()
+    }
 }
 
 /// A triangle whose height is below this part of its longest edge has no

@@ -1,6 +1,7 @@
 //! Shapes in double precision: the primitive, clouds and meshes. Depends on
 //! nothing else of this crate.
 
+pub(crate) mod brief;
 pub mod cloud;
 mod elimination;
 mod frame;
@@ -19,6 +20,7 @@ pub mod segmentation;
 pub mod superquadric;
 pub mod tessellate;
 
+pub use brief::Bulk;
 pub use cloud::{NO_SAMPLE, SampleCloud, SampledPart};
 pub use mass::MassProperties;
 pub use mesh::TriMesh;

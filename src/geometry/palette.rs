@@ -14,6 +14,9 @@
 
 use std::collections::btree_map::Entry;
 use std::collections::{BTreeMap, BTreeSet};
+use std::fmt;
+
+use super::brief::Brief;
 
 /// The colour of points that belong to no primitive.
 pub const UNASSIGNED_COLOR: [u8; 3] = [138, 138, 138];
@@ -56,8 +59,14 @@ pub fn color_of(id: u32) -> [u8; 3] {
 /// Which colour of the palette each primitive of a run has. Ids begin anew in
 /// every run; where one run takes the place of another, what stands for the
 /// same part keeps its colour.
-#[derive(Debug, Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[derive(Clone, Default, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Colors(BTreeMap<u32, u32>);
+
+impl fmt::Debug for Colors {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_tuple("Colors").field(&Brief::of(&self.0)).finish()
+    }
+}
 
 impl Colors {
     /// The ids of `kept` get those places in the palette, all `others` the first

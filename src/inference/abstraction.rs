@@ -1,11 +1,13 @@
 //! The result at any moment of a run, in the input's units: what leaves the
 //! sampler for the screen and for files.
 
+use std::fmt;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Superquadric;
+use crate::geometry::brief::Brief;
 
 /// The label of a point that belongs to no primitive.
 pub const UNASSIGNED: u32 = u32::MAX;
@@ -45,7 +47,7 @@ pub enum Phase {
 }
 
 /// The clustering and the primitives at one moment, in input units.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Clone, PartialEq)]
 pub struct Abstraction {
     pub phase: Phase,
     /// Gibbs iterations, or steps of a baseline, made so far.
@@ -57,6 +59,19 @@ pub struct Abstraction {
     pub pinned: Arc<[u32]>,
     pub primitives: Arc<[Primitive]>,
     pub figures: Figures,
+}
+
+impl fmt::Debug for Abstraction {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Abstraction")
+            .field("phase", &self.phase)
+            .field("iteration", &self.iteration)
+            .field("labels", &Brief::of(&*self.labels))
+            .field("pinned", &Brief::of(&*self.pinned))
+            .field("primitives", &Brief::of_told(&self.primitives))
+            .field("figures", &self.figures)
+            .finish()
+    }
 }
 
 /// Figures of one state.

@@ -1,5 +1,6 @@
 //! A run as plain data: all that it needs to go on but the cloud.
 
+use std::fmt;
 use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
@@ -11,6 +12,7 @@ use super::params::Params;
 use super::sampler::{InferenceError, Sampler};
 use super::state::{Cluster, Model, State};
 use crate::geometry::Superquadric;
+use crate::geometry::brief::Brief;
 use crate::geometry::kernel::Distance;
 
 /// All that a run needs to go on, but the cloud: what [`super::Run::resume`]
@@ -18,7 +20,7 @@ use crate::geometry::kernel::Distance;
 ///
 /// Lengths are in the normalised frame, where the cloud's bounding box has
 /// volume 200: converted to input units and back they would lose bits.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
 pub struct Checkpoint {
     /// The parameters in force.
     pub params: Params,
@@ -41,6 +43,20 @@ pub struct Checkpoint {
     pub unions: Vec<RememberedUnion>,
     /// What a baseline has left to do.
     pub work: Work,
+}
+
+impl fmt::Debug for Checkpoint {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Checkpoint")
+            .field("phase", &self.phase)
+            .field("iteration", &self.iteration)
+            .field("clusters", &Brief::of_told(&self.clusters))
+            .field("labels", &Brief::of(&self.labels))
+            .field("frozen", &Brief::of(&self.frozen))
+            .field("pinned", &Brief::of(&self.pinned))
+            .field("unions", &Brief::of_told(&self.unions))
+            .finish_non_exhaustive()
+    }
 }
 
 /// What came of the fit of one primitive to the points of two clusters.
@@ -68,12 +84,18 @@ pub enum Work {
 }
 
 /// A connected part of the cloud that has no primitive yet.
-#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Part {
     /// Samples, at least one.
     pub points: Vec<u32>,
     /// Primitives that have been taken out of what it is a rest of.
     pub depth: u32,
+}
+
+impl fmt::Debug for Part {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Part").field("points", &Brief::of(&self.points)).field("depth", &self.depth).finish()
+    }
 }
 
 /// How far EMS has come with one primitive.

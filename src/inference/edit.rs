@@ -1,5 +1,6 @@
 //! What a person may change in the state of the sampler.
 
+use std::fmt;
 use std::sync::Arc;
 
 use rayon::prelude::*;
@@ -20,10 +21,11 @@ use super::streams::{Purpose, stream};
 use super::trust_region::{EXPONENTS, LARGEST_TAPER};
 use super::two_way::{Detail, Surroundings};
 use crate::geometry::Superquadric;
+use crate::geometry::brief::Brief;
 
 /// A change by hand. Primitives are told by id, samples by their index in the
 /// cloud; lengths are in input units.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Edit {
     /// Gives a primitive another shape, in input units; its points and σ stay.
@@ -54,6 +56,24 @@ pub enum Edit {
     /// finished. Samples have these labels (ids; one each), or without any each
     /// joins the nearest primitive but for outliers. A σ of 0 is drawn anew.
     Take { primitives: Vec<Primitive>, labels: Vec<u32> },
+}
+
+impl fmt::Debug for Edit {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::SetShape { id, .. } => write!(f, "SetShape({id})"),
+            Self::Refit { id } => write!(f, "Refit({id})"),
+            Self::Lock { id, locked } => write!(f, "Lock({id}, {locked})"),
+            Self::Merge { ids } => write!(f, "Merge({:?})", Brief::of(ids)),
+            Self::AcceptMerge { proposal } => write!(f, "AcceptMerge({proposal:?})"),
+            Self::Split { id } => write!(f, "Split({id})"),
+            Self::Delete { ids } => write!(f, "Delete({:?})", Brief::of(ids)),
+            Self::NewCluster { samples } => write!(f, "NewCluster({:?})", Brief::of(samples)),
+            Self::Together { samples } => write!(f, "Together({:?})", Brief::of(samples)),
+            Self::Release { samples } => write!(f, "Release({:?})", Brief::of(samples)),
+            Self::Take { primitives } => write!(f, "Take({:?})", Brief::of_told(primitives)),
+        }
+    }
 }
 
 impl Edit {

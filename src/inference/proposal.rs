@@ -2,6 +2,7 @@
 //! at, accepted or skipped.
 
 use std::collections::BTreeSet;
+use std::fmt;
 
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
@@ -17,7 +18,7 @@ use super::thresholds::{FILL, Pair, RELATIVE};
 use crate::geometry::Superquadric;
 
 /// One primitive that would stand for two, and what speaks for it.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Clone, PartialEq, Serialize, Deserialize)]
 pub struct MergeProposal {
     /// Ids of the two primitives.
     pub pair: (u32, u32),
@@ -38,6 +39,18 @@ pub struct MergeProposal {
     pub reason: String,
     /// What the rule looks at.
     pub numbers: Vec<TestNumber>,
+}
+
+impl fmt::Debug for MergeProposal {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("MergeProposal")
+            .field("pair", &self.pair)
+            .field("into", &self.into)
+            .field("revisions", &self.revisions)
+            .field("is_acceptable", &self.is_acceptable)
+            .field("reason", &self.reason)
+            .finish_non_exhaustive()
+    }
 }
 
 /// One number of a test.

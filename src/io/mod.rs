@@ -7,10 +7,12 @@ mod paths;
 mod read;
 mod write;
 
+use std::fmt;
 use std::path::PathBuf;
 
 use nalgebra::Point3;
 
+use crate::geometry::brief::Brief;
 use crate::geometry::metrics::{MetricOptions, Reference, ReferenceError};
 use crate::geometry::outside::FilledOutside;
 use crate::geometry::{SampleCloud, SamplingError, SamplingOptions, TriMesh, sample_cloud, sample_mesh};
@@ -71,14 +73,20 @@ pub enum ShapeGeometry {
 
 /// A cloud as it was read: every point, in file order, also those that are
 /// not finite (they get no label).
-#[derive(Debug, Clone, Default)]
+#[derive(Clone, Default)]
 pub struct PointCloud {
     pub points: Vec<Point3<f64>>,
 }
 
+impl fmt::Debug for PointCloud {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("PointCloud").field("points", &Brief::of_points(&self.points)).finish()
+    }
+}
+
 /// What a file says of its points beside their places; each has one entry a
 /// point of the cloud or a vertex of the mesh, in its order.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Clone, Default, PartialEq)]
 pub struct Attributes {
     /// Red, green and blue.
     pub colors: Option<Vec<[u8; 3]>>,
@@ -87,6 +95,17 @@ pub struct Attributes {
     pub normals: Option<Vec<[f32; 3]>>,
     /// Labels that somebody gave: a class, or a part.
     pub labels: Option<Vec<i64>>,
+}
+
+impl fmt::Debug for Attributes {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let normals = self.normals.as_ref().map(|all| Brief::of(all.iter().map(|n| n.map(f32::to_bits))));
+        f.debug_struct("Attributes")
+            .field("colors", &self.colors.as_ref().map(Brief::of))
+            .field("normals", &normals)
+            .field("labels", &self.labels.as_ref().map(Brief::of))
+            .finish()
+    }
 }
 
 impl Attributes {

@@ -145,6 +145,7 @@ pub(super) struct Recipe<'a> {
 pub(super) struct Drawing<'a> {
     pub(super) label: &'a str,
     pub(super) source: &'a str,
+    pub(super) vertex: &'a str,
     pub(super) fragment: &'a str,
     pub(super) buffers: &'a [Option<wgpu::VertexBufferLayout<'a>>],
     pub(super) topology: wgpu::PrimitiveTopology,
@@ -192,7 +193,7 @@ impl Recipe<'_> {
             layout: Some(&layout),
             vertex: wgpu::VertexState {
                 module: &module,
-                entry_point: Some("vs_main"),
+                entry_point: Some(drawing.vertex),
                 compilation_options: wgpu::PipelineCompilationOptions::default(),
                 buffers: drawing.buffers,
             },

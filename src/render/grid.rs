@@ -12,6 +12,7 @@ impl GridPlane {
         let pipeline = recipe.pipeline(&Drawing {
             label: "grid",
             source: include_str!("../../shaders/grid.wgsl"),
+            vertex: "vs_main",
             fragment: "fs_main",
             buffers: &[],
             topology: wgpu::PrimitiveTopology::TriangleStrip,

@@ -43,6 +43,7 @@ impl Lines {
         let pipeline = recipe.pipeline(&Drawing {
             label: "lines",
             source: include_str!("../../shaders/lines.wgsl"),
+            vertex: "vs_main",
             fragment: "fs_main",
             buffers: &[Some(wgpu::VertexBufferLayout {
                 array_stride: size_of::<Segment>() as u64,

@@ -34,6 +34,7 @@ impl InputMesh {
         let solid = Drawing {
             label: "input mesh",
             source: include_str!("../../shaders/mesh.wgsl"),
+            vertex: "vs_solid",
             fragment: "fs_solid",
             buffers: &buffers,
             topology: wgpu::PrimitiveTopology::TriangleList,
@@ -44,6 +45,7 @@ impl InputMesh {
         };
         let ghost = Drawing {
             label: "ghost of the input mesh",
+            vertex: "vs_ghost",
             fragment: "fs_ghost",
             blend: Some(gpu::OVER),
             depth: Depth::Test,

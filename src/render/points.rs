@@ -27,6 +27,7 @@ impl Points {
         let pipeline = recipe.pipeline(&Drawing {
             label: "points",
             source: include_str!("../../shaders/points.wgsl"),
+            vertex: "vs_main",
             fragment: if soft { "fs_coverage" } else { "fs_hard" },
             buffers: &[buffer(12, &positions), buffer(4, &colors)],
             topology: wgpu::PrimitiveTopology::TriangleStrip,

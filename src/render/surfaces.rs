@@ -25,7 +25,12 @@ struct Vertex {
 struct Look {
     color: [u8; 4],
     look: [u8; 4],
+    /// Who covers whom where faces coincide, [`ON_ALL`] for ghosts.
+    rank: f32,
 }
+
+/// Rank of what lies on all primitives.
+const ON_ALL: f32 = -1.0;
 
 /// A primitive on the GPU.
 #[derive(Debug)]
@@ -71,7 +76,7 @@ pub(super) struct Surfaces {
 impl Surfaces {
     pub(super) fn new(recipe: &Recipe<'_>) -> Self {
         let vertex = wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3];
-        let look = wgpu::vertex_attr_array![2 => Unorm8x4, 3 => Unorm8x4];
+        let look = wgpu::vertex_attr_array![2 => Unorm8x4, 3 => Unorm8x4, 5 => Float32];
         let paint = wgpu::vertex_attr_array![4 => Unorm8x4];
         let buffers = [
             Some(wgpu::VertexBufferLayout {
@@ -93,6 +98,7 @@ impl Surfaces {
         let solid = Drawing {
             label: "surfaces",
             source: include_str!("../../shaders/surfaces.wgsl"),
+            vertex: "vs_main",
             fragment: "fs_solid",
             buffers: &buffers,
             topology: wgpu::PrimitiveTopology::TriangleList,
@@ -125,6 +131,7 @@ impl Surfaces {
         let mask = Drawing {
             label: "silhouettes",
             source: include_str!("../../shaders/mask.wgsl"),
+            vertex: "vs_main",
             fragment: "fs_main",
             blend: Some(wgpu::BlendState { color: max, alpha: max }),
             depth: Depth::None,
@@ -167,8 +174,16 @@ impl Surfaces {
             self.faces.write(device, queue, &RESOLUTION.faces());
             self.no_paint.write(device, queue, &vec![[0_u8; 4]; RESOLUTION.vertices()]);
         }
-        let looks: Vec<_> =
-            self.instances.iter().map(|i| Look { color: i.color, look: gpu::look(i.highlight) }).collect();
+        let looks: Vec<_> = self
+            .instances
+            .iter()
+            .enumerate()
+            .map(|(rank, i)| Look {
+                color: i.color,
+                look: gpu::look(i.highlight),
+                rank: if i.ghost { ON_ALL } else { rank as f32 },
+            })
+            .collect();
         self.looks.write(device, queue, &looks);
 
         let kept: std::collections::HashSet<Key> = self.instances.iter().map(key).collect();

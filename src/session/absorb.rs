@@ -194,9 +194,9 @@ impl Session {
         }
         self.tell_deleted(&snapshot.occurrences);
         self.follow_selection(&snapshot.occurrences);
-        if !snapshot.occurrences.is_empty() {
-            let text = messages::of_step(&snapshot);
-            self.messages.push(Level::Detail, text, "");
+        if let Some(what) = messages::of_step(&snapshot) {
+            let name = self.timeline.newest_name().place();
+            self.messages.push(Level::Detail, format!("{name}: {what}"), "");
             self.tell_edits(&snapshot.occurrences);
             self.dismiss_answered();
         }

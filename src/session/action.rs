@@ -17,6 +17,7 @@ use super::seeds::SeedOrder;
 use super::selection::Select;
 use super::shaping::ShapeDraft;
 use super::view::{ColorBy, Layer, SurfaceStyle, ThemeChoice};
+use crate::geometry::Bulk;
 use crate::inference::{Edit, Method, Params};
 use crate::worker::{Pace, SamplingOptions};
 
@@ -28,7 +29,7 @@ pub enum Action {
     FromList(String, Box<Action>),
     OpenFile(PathBuf),
     /// Files that were dropped onto the window.
-    OpenDropped(Vec<PathBuf>),
+    OpenDropped(Bulk<Vec<PathBuf>>),
     /// A file that was open before, if it is still there.
     OpenRecent(PathBuf),
     /// A file that was open before is no longer there.
@@ -43,7 +44,7 @@ pub enum Action {
     /// Takes the primitives of a file in place of the shown ones.
     TakeFrom(PathBuf),
     /// The same from a text.
-    Paste(String),
+    Paste(Bulk<String>),
     SaveScreenshot(PathBuf),
     /// Writes the session to a file.
     SaveSession(PathBuf),
@@ -106,12 +107,12 @@ pub enum Action {
     ToggleSelected(u32),
     /// Changes the selection of primitives, by their ids.
     SelectPrimitives {
-        ids: Vec<u32>,
+        ids: Bulk<Vec<u32>>,
         how: Select,
     },
     /// Changes the selection of samples, by their indices.
     SelectPoints {
-        samples: Vec<u32>,
+        samples: Bulk<Vec<u32>>,
         how: Select,
     },
     SetPrimitiveVisible(u32, bool),

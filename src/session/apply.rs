@@ -56,7 +56,7 @@ impl Session {
                 return self.apply(*action);
             }
             Action::OpenFile(path) => return self.open_file(path),
-            Action::OpenDropped(paths) => return self.open_dropped(paths),
+            Action::OpenDropped(paths) => return self.open_dropped(paths.into_inner()),
             Action::OpenRecent(path) => return vec![Effect::OpenIfThere(path)],
             Action::ForgetRecent(path) => self.forget_recent(&path),
             Action::ShowInFolder(path) => return vec![Effect::ShowInFolder(path)],
@@ -121,12 +121,12 @@ impl Session {
             }
             Action::SelectPrimitives { ids, how } => {
                 let present = self.primitives().iter().map(|p| p.id).collect::<BTreeSet<_>>();
-                let meant = ids.into_iter().filter(|id| present.contains(id)).collect();
+                let meant = ids.into_inner().into_iter().filter(|id| present.contains(id)).collect();
                 how.apply_to_set(&mut self.selection, meant);
             }
             Action::SelectPoints { samples, how } => {
                 let count = self.loaded.as_ref().map_or(0, |l| l.cloud.points.len());
-                self.selected_points = how.apply_to_list(&self.selected_points, samples, count);
+                self.selected_points = how.apply_to_list(&self.selected_points, samples.into_inner(), count);
             }
             Action::SetPrimitiveVisible(id, true) => {
                 self.hidden.remove(&id);

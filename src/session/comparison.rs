@@ -2,6 +2,7 @@
 
 use std::sync::Arc;
 
+use super::naming::StateName;
 use super::{Action, Effect, Session};
 use crate::session::timeline::Branch;
 use crate::worker::{Activity, Command, Snapshot, State};
@@ -35,6 +36,13 @@ pub struct Compared<'a> {
     pub snapshot: &'a Arc<Snapshot>,
     /// Both states label the same samples.
     pub same_samples: bool,
+}
+
+impl Compared<'_> {
+    /// What the state is called.
+    pub fn name(&self) -> StateName {
+        self.branch.name_of(self.index)
+    }
 }
 
 impl Session {

@@ -1,15 +1,17 @@
 //! What undo brings back and a session file keeps.
 
 use std::collections::BTreeSet;
+use std::fmt;
 use std::sync::Arc;
 
 use super::timeline::Timeline;
+use crate::geometry::brief::Brief;
 use crate::inference::Params;
 use crate::worker::{LoadedShape, SamplingOptions};
 
 /// All of a session that is a person's work. Cheap to clone: shapes and states
 /// are shared.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Document {
     pub loaded: Option<Arc<LoadedShape>>,
     pub params: Params,
@@ -21,6 +23,18 @@ pub struct Document {
     pub selected_points: Arc<[u32]>,
     /// Ids of the primitives that are not shown.
     pub hidden: BTreeSet<u32>,
+}
+
+impl fmt::Debug for Document {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Document")
+            .field("shape", &self.loaded.as_ref().map(|l| &l.shape.name))
+            .field("timeline", &self.timeline)
+            .field("selection", &Brief::of(&self.selection))
+            .field("selected_points", &Brief::of(&*self.selected_points))
+            .field("hidden", &Brief::of(&self.hidden))
+            .finish_non_exhaustive()
+    }
 }
 
 impl PartialEq for Document {

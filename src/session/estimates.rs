@@ -70,7 +70,7 @@ impl Session {
             self.estimates.values.retain(|key, _| keys.contains(key));
         }
         let states = if wanted.is_some() { self.to_estimate() } else { Vec::new() };
-        vec![Effect::Send(Command::Estimate(states))]
+        vec![Effect::Send(Command::Estimate(states.into()))]
     }
 
     /// Names the states whose estimates are wanted now.

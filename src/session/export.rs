@@ -116,7 +116,7 @@ impl Session {
                 let what = if count == 1 { "primitive" } else { "primitives" };
                 let text_note = format!("Copied {count} {what} as {}", format.title());
                 self.messages.push(Level::Note, text_note, "");
-                vec![Effect::Copy(text)]
+                vec![Effect::Copy(text.into())]
             }
         }
     }

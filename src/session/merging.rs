@@ -37,7 +37,7 @@ impl Session {
         self.proposal = None;
         self.is_judging = true;
         self.merge_text = None;
-        Effect::Send(Command::ProposeMerge { of, skipped: self.skipped.clone() })
+        Effect::Send(Command::ProposeMerge { of, skipped: self.skipped.clone().into() })
     }
 
     pub(super) fn absorb_proposal(&mut self, proposal: Option<Box<MergeProposal>>) {

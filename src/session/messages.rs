@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::time::{Duration, Instant};
 
 use super::Action;
-use crate::inference::{Algorithm, Occurrence};
+use crate::inference::Occurrence;
 use crate::worker::Snapshot;
 
 /// Messages that are kept; older ones are dropped.
@@ -211,8 +211,8 @@ impl Messages {
     }
 }
 
-/// One line of what happened in a step.
-pub fn of_step(snapshot: &Snapshot) -> String {
+/// What happened on the way to a state, in one line; nothing where nothing did.
+pub fn of_step(snapshot: &Snapshot) -> Option<String> {
     let parts: Vec<String> = snapshot
         .occurrences
         .iter()
@@ -244,8 +244,7 @@ pub fn of_step(snapshot: &Snapshot) -> String {
             Occurrence::Released { points } => format!("{points} points were released"),
         })
         .collect();
-    let step = if snapshot.start.algorithm == Algorithm::Sampler { "Iteration" } else { "Step" };
-    format!("{step} {}: {}", snapshot.abstraction.iteration, parts.join(", "))
+    (!parts.is_empty()).then(|| parts.join(", "))
 }
 
 #[cfg(test)]

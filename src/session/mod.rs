@@ -8,6 +8,7 @@ use std::sync::{Arc, Weak};
 
 use nalgebra::Point3;
 
+use crate::geometry::Bulk;
 use crate::geometry::palette::color_of;
 use crate::inference::{MergeProposal, Params, Phase, Primitive, Setting, normalised_scale};
 use crate::io::Shape;
@@ -32,6 +33,7 @@ pub mod keeping;
 pub mod live;
 mod merging;
 pub mod messages;
+pub mod naming;
 pub mod playback;
 pub mod preferences;
 mod reasons;
@@ -85,7 +87,7 @@ pub enum Effect {
     /// Ask for a file of primitives.
     AskForPrimitives,
     /// Put a text into the clipboard.
-    Copy(String),
+    Copy(Bulk<String>),
     /// Have the clipboard's text come as an event.
     RequestPaste,
     AskForScreenshot,

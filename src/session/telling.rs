@@ -118,6 +118,7 @@ impl Session {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::Bulk;
     use crate::inference::Params;
     use crate::worker::{Command, Event, SamplingOptions};
 
@@ -140,11 +141,11 @@ mod tests {
     fn of_several_dropped_files_the_first_shape_is_opened() {
         let mut session = session();
         let paths = ["a.txt.bak", "b.PLY", "c.obj"].map(PathBuf::from).to_vec();
-        let effects = session.apply(Action::OpenDropped(paths));
+        let effects = session.apply(Action::OpenDropped(paths.into()));
         let [Effect::Send(Command::Load { source, .. })] = &effects[..] else { panic!("{effects:?}") };
         assert_eq!(*source, Source::File("b.PLY".into()));
         assert!(session.messages.iter().any(|m| m.what.contains("b.PLY was opened")));
-        assert!(session.apply(Action::OpenDropped(Vec::new())).is_empty());
+        assert!(session.apply(Action::OpenDropped(Bulk::default())).is_empty());
     }
 
     #[test]

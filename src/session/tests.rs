@@ -13,7 +13,9 @@ use crate::io::{Attributes, Format, PointCloud, Shape, ShapeGeometry};
 use crate::worker::{Cause, Event, Helper};
 
 mod hand;
+mod in_logs;
 mod live;
+mod naming;
 mod playback;
 
 fn loaded() -> Arc<LoadedShape> {

@@ -2,6 +2,7 @@
 //! on, and shares the states with the branch that it left.
 
 use std::collections::BTreeSet;
+use std::fmt;
 use std::sync::Arc;
 
 use crate::geometry::palette::Colors;
@@ -17,7 +18,7 @@ pub struct Origin {
 }
 
 /// A history from a start on.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Branch {
     /// Stable, and never used again.
     pub id: u32,
@@ -30,6 +31,19 @@ pub struct Branch {
     pub states: Vec<Arc<Snapshot>>,
     /// Of its primitives.
     pub colors: Arc<Colors>,
+}
+
+impl fmt::Debug for Branch {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Branch")
+            .field("id", &self.id)
+            .field("name", &self.name)
+            .field("origin", &self.origin)
+            .field("shape", &self.loaded.shape.name)
+            .field("states", &self.states.len())
+            .field("colors", &self.colors)
+            .finish()
+    }
 }
 
 impl Branch {
@@ -105,6 +119,11 @@ impl Timeline {
 
     pub fn branch(&self, id: u32) -> Option<&Branch> {
         self.branches.iter().find(|b| b.id == id)
+    }
+
+    /// The branch that the worker adds to.
+    pub(super) fn growing(&self) -> Option<&Branch> {
+        self.branches.get(self.growing)
     }
 
     /// Index of the shown branch.
@@ -193,6 +212,7 @@ impl Timeline {
         let id = self.count;
         self.count += 1;
         let name = name.unwrap_or_else(|| if id == 0 { "Main".to_owned() } else { format!("Branch {id}") });
+        let name = self.free_name(id, name);
         self.shown = states.len() - 1;
         self.branches.push(Branch { id, name, origin, loaded, states, colors });
         self.current = self.branches.len() - 1;
@@ -244,11 +264,23 @@ impl Timeline {
 
     pub(super) fn rename(&mut self, id: u32, name: &str) {
         let name = name.trim();
-        if let Some(branch) = self.branches.iter_mut().find(|b| b.id == id)
-            && !name.is_empty()
-        {
-            name.clone_into(&mut branch.name);
+        if name.is_empty() {
+            return;
         }
+        let name = self.free_name(id, name.to_owned());
+        if let Some(branch) = self.branches.iter_mut().find(|b| b.id == id) {
+            branch.name = name;
+        }
+    }
+
+    /// The name, or the first with a number after it that no other branch has.
+    fn free_name(&self, id: u32, name: String) -> String {
+        let is_free = |name: &String| self.branches.iter().all(|b| b.id == id || b.name != *name);
+        if is_free(&name) {
+            return name;
+        }
+        let numbered = (2..).map(|n| format!("{name} ({n})")).find(is_free);
+        numbered.unwrap_or(name)
     }
 
     /// Removes a branch, but not the last; what left it stays whole.

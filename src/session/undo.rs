@@ -1,5 +1,6 @@
 //! Undo and redo: documents from before what was done.
 
+use std::fmt;
 use std::sync::Arc;
 
 use super::document::Document;
@@ -24,13 +25,23 @@ pub(super) enum Undoable {
 }
 
 /// The two stacks, the newest last. Cheap to clone.
-#[derive(Debug, Clone, Default, PartialEq)]
+#[derive(Clone, Default, PartialEq)]
 pub struct Undo {
     done: Vec<Arc<Step>>,
     undone: Vec<Arc<Step>>,
     /// The label of the gesture that the newest step belongs to: what else it
     /// does is part of that step.
     gesture: Option<String>,
+}
+
+impl fmt::Debug for Undo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Undo")
+            .field("done", &self.done.len())
+            .field("undone", &self.undone.len())
+            .field("gesture", &self.gesture)
+            .finish()
+    }
 }
 
 impl Undo {

@@ -10,7 +10,7 @@ use egui::{
 
 use super::scene::SceneView;
 use super::theme::Palette;
-use super::timeline::{state_name, value_text};
+use super::timeline::value_text;
 use super::viewport::Viewport;
 use super::widgets::{close_button, count};
 use crate::geometry::palette::Colors;
@@ -19,7 +19,6 @@ use crate::session::Session;
 use crate::session::action::Action;
 use crate::session::comparison::{Compared, Comparison};
 use crate::session::curves::Curve;
-use crate::session::timeline::Branch;
 use crate::session::view::{Layer, View};
 use crate::worker::Snapshot;
 
@@ -122,9 +121,10 @@ impl Compare {
         ui.scope_builder(UiBuilder::new().max_rect(right), |ui| second.show(ui, &scene, &mut theirs));
         actions.extend(theirs.into_iter().filter_map(|action| from_other(action, &comparison, &other)));
         if let Some(branch) = session.timeline.current() {
-            caption(ui, session, left, "A", branch, shown);
+            let names = ["A", &branch.name, &session.timeline.shown_name().to_string()];
+            caption(ui, session, left, names, shown);
         }
-        caption(ui, session, right, "B", other.branch, other.snapshot);
+        caption(ui, session, right, ["B", &other.branch.name, &other.name().to_string()], other.snapshot);
     }
 }
 
@@ -235,7 +235,7 @@ fn state_slider(ui: &mut Ui, other: &Compared<'_>, wanted: &mut Comparison) {
     if slider.on_hover_text("Which state of that branch; at the right end the last there is").changed() {
         wanted.index = (index < last).then_some(index);
     }
-    ui.label(state_name(other.snapshot));
+    ui.label(other.name().to_string());
 }
 
 /// The figures of both states.
@@ -254,7 +254,10 @@ fn table(ui: &mut Ui, session: &Session, other: &Compared<'_>) {
         ui.label(RichText::new(format!("A  {here}")).strong());
         ui.label(RichText::new(format!("B  {}", other.branch.name)).strong());
         ui.end_row();
-        row(ui, "State", &state_name);
+        ui.label(RichText::new("State").color(weak));
+        ui.label(session.timeline.shown_name().to_string());
+        ui.label(other.name().to_string());
+        ui.end_row();
         for curve in Curve::ALL {
             row(ui, curve.text(), &|state| value_text(session, curve, state));
         }
@@ -267,15 +270,16 @@ fn table(ui: &mut Ui, session: &Session, other: &Compared<'_>) {
     });
 }
 
-/// What a view shows, in its upper left corner.
-fn caption(ui: &mut Ui, session: &Session, rect: Rect, letter: &str, branch: &Branch, state: &Snapshot) {
+/// What a view shows, in its upper left corner: the view's letter, the branch
+/// and the state, by their names.
+fn caption(ui: &mut Ui, session: &Session, rect: Rect, [letter, branch, name]: [&str; 3], state: &Snapshot) {
     let palette = Palette::of(ui);
     let figures = [Curve::Clusters, Curve::MeanError, Curve::Chamfer].map(|c| value_text(session, c, state));
     let [clusters, error, chamfer] = figures;
-    let text = format!("{}\nK {clusters}  error {error}  Chamfer {chamfer}", state_name(state));
+    let text = format!("{name}\nK {clusters}  error {error}  Chamfer {chamfer}");
     let font = FontId::proportional(TextStyle::Small.resolve(ui.style()).size);
     let title = ui.painter().layout_no_wrap(
-        format!("{letter}  {}", branch.name),
+        format!("{letter}  {branch}"),
         TextStyle::Body.resolve(ui.style()),
         ui.visuals().strong_text_color(),
     );
@@ -283,7 +287,7 @@ fn caption(ui: &mut Ui, session: &Session, rect: Rect, letter: &str, branch: &Br
     let size = vec2(title.size().x.max(body.size().x), title.size().y + body.size().y) + vec2(16.0, 10.0);
     let place = Align2::LEFT_TOP.anchor_size(rect.min + vec2(8.0, 8.0), size);
     let response = ui.interact(place, ui.scope_id().with(("caption", letter)), egui::Sense::hover());
-    let name = format!("{letter} {}, {}", branch.name, text.replace('\n', ", "));
+    let name = format!("{letter} {branch}, {}", text.replace('\n', ", "));
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Label, true, &name));
     let painter = ui.painter().with_clip_rect(rect);
     painter.rect_filled(place, 4.0, palette.overlay.gamma_multiply(0.85));

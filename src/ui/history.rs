@@ -4,9 +4,10 @@
 use egui::{Button, RichText, ScrollArea, Ui};
 
 use super::theme::Palette;
-use super::widgets::with_reason;
+use super::widgets::{lower_first, with_reason};
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
+use crate::session::timeline::Timeline;
 
 /// Height of the list.
 const HEIGHT: f32 = 320.0;
@@ -47,14 +48,17 @@ fn list(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         for (index, step) in undone.iter().enumerate() {
             let text = RichText::new(&step.label).color(weak).italics();
             let steps = undone.len() - index;
-            if ui.button(text).on_hover_text(format!("Do {} again", in_words(steps))).clicked() {
+            let button = Button::new(text).shortcut_text(state_of(&step.document.timeline));
+            if ui.add(button).on_hover_text(format!("Do {} again", in_words(steps))).clicked() {
                 actions.push(Action::GoOn(steps));
                 ui.close();
             }
         }
         for (index, step) in done.iter().enumerate().rev() {
             let steps = done.len() - 1 - index;
-            let response = ui.add(Button::selectable(steps == 0, &step.label));
+            let after = done.get(index + 1).map_or(&session.timeline, |next| &next.document.timeline);
+            let button = Button::selectable(steps == 0, &step.label).shortcut_text(state_of(after));
+            let response = ui.add(button);
             let hint = if steps == 0 {
                 "The last step".to_owned()
             } else {
@@ -78,7 +82,7 @@ fn in_words(steps: usize) -> String {
     if steps == 1 { "step".to_owned() } else { format!("{steps} steps") }
 }
 
-fn lower_first(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
+/// The state that was shown then; steps of the same name are told apart by it.
+fn state_of(timeline: &Timeline) -> String {
+    if timeline.states().is_empty() { String::new() } else { timeline.shown_name().short() }
 }

@@ -29,7 +29,7 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
                 egui::Event::Paste(text) if !types => {
                     let can = session.is_enabled(Verb::PastePrimitives);
                     let refused = Action::Verb(Verb::PastePrimitives);
-                    actions.push(if can { Action::Paste(text.clone()) } else { refused });
+                    actions.push(if can { Action::Paste(text.clone().into()) } else { refused });
                 }
                 _ => {}
             }

@@ -7,6 +7,7 @@ use std::time::Duration;
 
 use egui::{CentralPanel, Context, Frame, Margin, Panel, ScrollArea, Ui};
 
+use crate::geometry::Bulk;
 use crate::session::Session;
 use crate::session::action::{Action, PictureKind};
 
@@ -163,7 +164,7 @@ impl Interface {
         theme::choose(&ctx, session.view.theme);
         theme::zoom(&ctx, session.window.zoom);
         keys::pressed(&ctx, session, &mut actions);
-        let dropped: Vec<_> =
+        let dropped: Bulk<Vec<_>> =
             ctx.input(|i| i.raw.dropped_files.iter().map(|file| file.path().to_owned()).collect());
         if !dropped.is_empty() {
             actions.push(Action::OpenDropped(dropped));

@@ -226,7 +226,7 @@ fn paint_eye(ui: &Ui, center: egui::Pos2, open: bool, color: Color32) {
     }
 }
 
-fn lower_first(text: &str) -> String {
+pub(super) fn lower_first(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
 }

@@ -1,14 +1,16 @@
 //! The only types that cross between the worker's thread and its owner.
 
+use std::fmt;
 use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use crate::geometry::SampleCloud;
 pub use crate::geometry::SamplingOptions;
+use crate::geometry::brief::Brief;
 use crate::geometry::metrics::Metrics;
 use crate::geometry::palette::Colors;
+use crate::geometry::{Bulk, SampleCloud};
 use crate::inference::{
     Abstraction, Cancel, Checkpoint, Edit, MergeProposal, MergeReport, Occurrence, Params,
 };
@@ -57,7 +59,7 @@ pub enum Command {
     Extend(u32),
     /// Find the best merge of a pair that is not among these (by ids), or judge
     /// that of the pair `of`; answered by [`Event::Proposed`]. Nothing changes.
-    ProposeMerge { of: Option<(u32, u32)>, skipped: Vec<(u32, u32)> },
+    ProposeMerge { of: Option<(u32, u32)>, skipped: Bulk<Vec<(u32, u32)>> },
     /// Merge until no pair is acceptable.
     MergeAll,
     /// Back to the start, with the present parameters.
@@ -72,7 +74,7 @@ pub enum Command {
     /// Estimate the Chamfer distance of these states, one after the other, on
     /// one core and whenever nothing else is to be measured; in place of those
     /// that still wait. Answered by [`Event::Estimated`], one for each.
-    Estimate(Vec<State>),
+    Estimate(Bulk<Vec<State>>),
     /// How fast `Run` and `MergeAll` go from step to step.
     SetPace(Pace),
     /// Make whole runs with several seeds, besides whatever else goes on, in
@@ -177,7 +179,6 @@ pub struct Setup {
 }
 
 /// A finished run that takes the place of the present one.
-#[derive(Debug)]
 pub struct Renewed {
     pub setup: Setup,
     /// What the states belong to; the same as before where it was not sampled
@@ -185,6 +186,16 @@ pub struct Renewed {
     pub loaded: Arc<LoadedShape>,
     /// The state after every step, the start first; never empty.
     pub states: Vec<Arc<Snapshot>>,
+}
+
+impl fmt::Debug for Renewed {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Renewed")
+            .field("setup", &self.setup)
+            .field("loaded", &self.loaded.shape.name)
+            .field("states", &self.states.len())
+            .finish()
+    }
 }
 
 /// How fast a run goes from step to step.
@@ -220,10 +231,18 @@ pub struct LoadedShape {
 }
 
 /// A state with what it belongs to.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct State {
     pub loaded: Arc<LoadedShape>,
     pub snapshot: Arc<Snapshot>,
+}
+
+impl fmt::Debug for State {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { loaded, snapshot } = self;
+        let (name, iteration) = (&loaded.shape.name, snapshot.abstraction.iteration);
+        write!(f, "State {{ shape: {name:?}, key: {}, iteration: {iteration} }}", snapshot.key)
+    }
 }
 
 /// What led to a state.
@@ -248,7 +267,7 @@ impl Cause {
 }
 
 /// The state after a step.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub struct Snapshot {
     /// Names this state, in this process.
     pub key: u64,
@@ -269,6 +288,20 @@ pub struct Snapshot {
     /// Time spent in the run's steps; pauses and waiting for the pace are not
     /// counted.
     pub elapsed: Duration,
+}
+
+impl fmt::Debug for Snapshot {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("Snapshot")
+            .field("key", &self.key)
+            .field("generation", &self.generation)
+            .field("run", &self.run)
+            .field("cause", &self.cause)
+            .field("abstraction", &self.abstraction)
+            .field("occurrences", &Brief::of_told(&self.occurrences))
+            .field("elapsed", &self.elapsed)
+            .finish_non_exhaustive()
+    }
 }
 
 impl Snapshot {
@@ -312,7 +345,6 @@ impl SeedRequest {
 }
 
 /// A finished run with one of several seeds.
-#[derive(Debug)]
 pub struct SeedRun {
     pub seed: u64,
     /// What its states belong to.
@@ -322,6 +354,17 @@ pub struct SeedRun {
     pub states: Vec<Arc<Snapshot>>,
     /// Of its primitives.
     pub colors: Arc<Colors>,
+}
+
+impl fmt::Debug for SeedRun {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.debug_struct("SeedRun")
+            .field("seed", &self.seed)
+            .field("loaded", &self.loaded.shape.name)
+            .field("states", &self.states.len())
+            .field("colors", &self.colors)
+            .finish()
+    }
 }
 
 /// How far runs with several seeds have come.

@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use super::machine::Machine;
 use super::*;
-use crate::geometry::SampleCloud;
+use crate::geometry::{Bulk, SampleCloud};
 use crate::inference::{
     Abstraction, Cancel, Checkpoint, Edit, Figures, InferenceError, MergeProposal, MergeReport, Occurrence,
     Params, Phase, UNASSIGNED, checkpoint,
@@ -317,7 +317,7 @@ fn merges_are_stepped_one_by_one_or_to_the_end() {
     worker.send(Command::MergeAll);
     let none = until_idle(&mut worker);
     assert!(none.iter().any(|e| matches!(e, Event::MergeStep(None))), "{none:?}");
-    worker.send(Command::ProposeMerge { of: None, skipped: Vec::new() });
+    worker.send(Command::ProposeMerge { of: None, skipped: Bulk::default() });
     let none = until_idle(&mut worker);
     assert!(none.iter().any(|e| matches!(e, Event::Proposed(None))), "{none:?}");
 }
@@ -436,7 +436,7 @@ fn a_pace_does_not_hold_back_a_pause() {
 #[test]
 fn nothing_is_run_without_a_shape() {
     let mut worker = worker();
-    let proposal = Command::ProposeMerge { of: None, skipped: Vec::new() };
+    let proposal = Command::ProposeMerge { of: None, skipped: Bulk::default() };
     for command in [Command::Run, Command::MergeAll, Command::Reset, an_edit(), proposal] {
         worker.send(command);
         assert_eq!(failures(&until_idle(&mut worker)), 1);

@@ -2,6 +2,8 @@
 //! Vulkan or GL driver (Mesa's lavapipe will do); without one they are skipped,
 //! or fail if SUPERFORM_REQUIRE_GPU=1.
 
+mod coplanar;
+
 use std::f32::consts::PI;
 
 use crate::needs::drawn;

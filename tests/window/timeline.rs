@@ -30,7 +30,12 @@ fn finish(driver: &mut Driver) {
 
 /// A finished run, and a branch that left it at its fourth state.
 fn branched() -> Driver {
-    let mut driver = Driver::finished();
+    branched_in([1280.0, 800.0])
+}
+
+fn branched_in(size: [f32; 2]) -> Driver {
+    let mut driver = Driver::start(options(Source::BuiltIn), size);
+    driver.settle();
     driver.slide("Shown state", 4.0);
     driver.press("Continue from here");
     finish(&mut driver);
@@ -121,6 +126,54 @@ fn continuing_from_here_makes_a_branch_and_leaves_the_other() {
     assert_eq!(driver.session().timeline.branches().len(), 1, "the branch was undone");
 }
 
+/// Also in a low panel, and with the marks of merges and edits.
+#[test]
+fn curves_stay_with_two_branches() {
+    let heights = |driver: &Driver| -> Vec<f32> {
+        ["Primitives K", "Mean error", "Chamfer-L1"]
+            .iter()
+            .map(|curve| {
+                let label = format!("{curve} over the states");
+                let plot = driver.harness.query_by_role_and_label(Role::Image, &label);
+                plot.map_or(0.0, |plot| plot.rect().height())
+            })
+            .collect()
+    };
+    // The lowest panel is some 180 high.
+    for size in [[1280.0, 800.0], [1024.0, 700.0], [910.0, 530.0]] {
+        let mut driver = branched_in(size);
+        driver.harness.run_steps(4);
+        let two = heights(&driver);
+        assert!(two.iter().all(|h| *h >= 22.0), "{size:?}: {two:?}");
+        let id = driver.session().primitives()[0].id;
+        driver.press(&format!("Primitive {id}"));
+        driver.key(Modifiers::NONE, Key::K);
+        driver.settle();
+        assert!(driver.shows("Iteration 6 of 6 · edit"), "{size:?}");
+        let edited = heights(&driver);
+        assert!(edited.iter().all(|h| *h >= 22.0), "{size:?}: {edited:?}");
+    }
+}
+
+#[test]
+fn states_after_merges_and_edits_have_names_of_their_own() {
+    let mut driver = Driver::finished();
+    assert!(driver.shows("Iteration 6 of 6 · refined"));
+    driver.press("Step merge");
+    driver.until(|s| s.proposal.is_some());
+    driver.key(Modifiers::NONE, Key::Enter);
+    driver.until(|s| s.timeline.shown_name().short() == "6 · merge");
+    assert!(driver.shows("Iteration 6 of 6 · merge"));
+    driver.until(|s| !s.is_judging() || s.proposal.is_some());
+    driver.press("Compare");
+    driver.press("End of this branch");
+    assert!(driver.shows("A Main, Iteration 6 · merge, K"));
+    driver.slide("State beside", 6.0);
+    assert!(driver.shows("B Main, Iteration 6, K"));
+    driver.slide("State beside", 7.0);
+    assert!(driver.shows("B Main, Iteration 6 · refined, K"));
+}
+
 #[test]
 fn a_branch_is_renamed_and_removed_and_both_are_undone() {
     let mut driver = branched();
@@ -152,7 +205,9 @@ fn two_states_are_compared_and_what_differs_is_counted() {
     assert!(share > 0.0, "a start is no result");
     assert!(driver.shows(&format!("Disagreement {share:.1} %")));
     assert!(driver.shows("B Branch 1, Iteration 0, K 12"));
-    assert!(driver.shows(&format!("A Branch 1, Iteration 6, K {}", here.abstraction.primitives.len())));
+    assert!(
+        driver.shows(&format!("A Branch 1, Iteration 6 · refined, K {}", here.abstraction.primitives.len()))
+    );
     driver.press("A | B");
     assert!(driver.shows("Computing time"));
     driver.key(Modifiers::NONE, Key::Escape);

@@ -6,6 +6,7 @@ use crate::geometry::palette::UNASSIGNED_COLOR;
 use crate::inference::UNASSIGNED;
 use crate::session::Session;
 use crate::session::action::Action;
+use crate::session::naming::StateName;
 use crate::ui::theme::{Palette, data_color};
 use crate::ui::widgets::count;
 
@@ -74,7 +75,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, sample: u32, actions: &mut Ve
             ui.painter().rect_filled(rect, 2.0, color(label));
             let whose =
                 if label == UNASSIGNED { "no table".to_owned() } else { format!("primitive {label}") };
-            ui.label(format!("Iteration {}: {whose}", states[i].abstraction.iteration));
+            ui.label(format!("{}: {whose}", StateName::of(states, i).place()));
         });
         ui.label(
             RichText::new("Click to show that state").font(FontId::proportional(11.0)).color(weak_of(ui)),

@@ -71,7 +71,8 @@ fn transport(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
 
 fn progress(ui: &mut Ui, session: &Session, width: f32) {
     let iteration = session.snapshot.as_ref().map_or(0, |s| s.abstraction.iteration);
-    let (done, text) = advance(session, iteration);
+    let (done, mut text) = advance(session, iteration);
+    text += &session.timeline.shown_name().suffix();
     if width >= NARROW {
         let bar = ProgressBar::new(done.clamp(0.0, 1.0) as f32)
             .desired_width(64.0)
@@ -110,12 +111,15 @@ fn compare_button(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         ui.label(RichText::new("Beside the shown state").small().color(weak));
         let Some(current) = session.timeline.current() else { return };
         for branch in session.timeline.branches().iter().filter(|b| b.id != current.id) {
-            if ui.button(&branch.name).on_hover_text("Its last state").clicked() {
+            let hint = format!("Its last state, {}", branch.name_of(usize::MAX));
+            if ui.button(&branch.name).on_hover_text(hint).clicked() {
                 actions.push(Action::Compare(Some(Comparison::with(branch.id, None))));
             }
         }
         for (text, index) in [("Start of this branch", Some(0)), ("End of this branch", None)] {
-            if ui.button(text).on_hover_text("Another can be chosen then").clicked() {
+            let hint =
+                format!("{}; another can be chosen then", current.name_of(index.unwrap_or(usize::MAX)));
+            if ui.button(text).on_hover_text(hint).clicked() {
                 actions.push(Action::Compare(Some(Comparison::with(current.id, index))));
             }
         }

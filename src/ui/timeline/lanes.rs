@@ -11,19 +11,21 @@ use egui::{
 use super::axis::Axis;
 use super::icons::{self, Icon};
 use super::pointing::{self, value_text};
-use super::{Timeline, marks};
+use super::{Timeline, marks, plots};
 use crate::session::Session;
 use crate::session::action::Action;
 use crate::session::comparison::Comparison;
 use crate::session::curves::Curve;
 use crate::session::timeline::{Branch, Mark};
 use crate::ui::theme::{self, Palette};
-use crate::ui::widgets::count;
+use crate::ui::widgets::{count, lower_first};
 
 /// Height of a branch that is not shown, and of the line of the one that is.
 const LANE: f32 = theme::ROW;
 /// Height of a row of marks.
 const MARKS: f32 = 9.0;
+/// Height of a plot that can do without more.
+const PLOT: f32 = 90.0;
 /// Least distance of two marks of a kind that are both drawn.
 const CLOSEST: f32 = 5.0;
 
@@ -32,13 +34,41 @@ pub(super) fn kinds(session: &Session) -> BTreeSet<Mark> {
     session.timeline.states().iter().flat_map(|s| Mark::of(s)).collect()
 }
 
-fn height_of(session: &Session, index: usize, kinds: usize) -> f32 {
-    if index == session.timeline.current_index() { LANE + MARKS * kinds as f32 } else { LANE }
+/// How plots and lanes share a height.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Shares {
+    /// Plots that are shown, and the height that they have together.
+    pub(super) plots: usize,
+    pub(super) plots_height: f32,
+    /// What the lanes are high, and how much of that is seen at once.
+    pub(super) lanes_height: f32,
+    pub(super) lanes_seen: f32,
+    /// Rows of marks, below the line of the shown lane; where there are fewer than kinds, some
+    /// share one.
+    pub(super) rows: usize,
 }
 
-/// Height of all lanes.
-pub(super) fn height(session: &Session, kinds: &BTreeSet<Mark>) -> f32 {
-    (0..session.timeline.branches().len()).map(|i| height_of(session, i, kinds.len())).sum()
+impl Shares {
+    /// Of so many wanted plots, branches and kinds of marks. A branch or a mark
+    /// more never takes a plot away: they are first set closer, then scroll.
+    pub(super) fn of(room: f32, wanted: usize, branches: usize, kinds: usize) -> Self {
+        let high = |branches: usize, rows: usize| LANE * branches as f32 + MARKS * rows as f32;
+        let least = high(1, 1);
+        let plots = (((room - least) / plots::LEAST).max(0.0) as usize).min(wanted);
+        let most = if plots == 0 {
+            room
+        } else {
+            let generous = (0.5 * room).max(room - plots as f32 * PLOT);
+            generous.min(room - plots as f32 * plots::LEAST).max(least)
+        };
+        let rows = (1..=kinds).rev().find(|rows| high(branches, *rows) <= most).unwrap_or(kinds.min(1));
+        let lanes_height = high(branches, rows);
+        // Whole lanes are seen.
+        let whole = (1..=branches).rev().find(|n| high(*n, rows) <= most).unwrap_or(1);
+        let lanes_seen = high(whole, rows).min(room.max(0.0));
+        let plots_height = if plots == 0 { 0.0 } else { room - lanes_seen };
+        Self { plots, plots_height, lanes_height, lanes_seen, rows }
+    }
 }
 
 /// A branch that is being given another name.
@@ -64,20 +94,25 @@ impl Timeline {
         session: &Session,
         rect: Rect,
         axis: &Axis,
+        mark_rows: usize,
         actions: &mut Vec<Action>,
     ) -> Option<usize> {
-        let kinds = kinds(session);
+        let kinds: Vec<Mark> = kinds(session).into_iter().collect();
+        let current = session.timeline.current_index();
         let mut top = rect.min.y;
         let rows: Vec<Rect> = (0..session.timeline.branches().len())
             .map(|index| {
-                let row = Rect::from_min_size(
-                    pos2(rect.min.x, top),
-                    vec2(rect.width(), height_of(session, index, kinds.len())),
-                );
+                let marks = if index == current { MARKS * mark_rows as f32 } else { 0.0 };
+                let row = Rect::from_min_size(pos2(rect.min.x, top), vec2(rect.width(), LANE + marks));
                 top = row.max.y;
                 row
             })
             .collect();
+        let shown = session.timeline.current().map(|b| (b.id, rows.len()));
+        if let (true, Some(row)) = (self.brought != shown, rows.get(current)) {
+            self.brought = shown;
+            ui.scroll_to_rect(*row, None);
+        }
         connectors(ui, session, &rows, axis);
         let mut hovered = None;
         for (index, (branch, row)) in session.timeline.branches().iter().zip(&rows).enumerate() {
@@ -96,7 +131,7 @@ impl Timeline {
             let label = format!("States of {}", branch.name);
             response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::Image, true, &label));
             if is_shown {
-                shown_lane(ui, session, branch, track, axis, &kinds);
+                shown_lane(ui, session, branch, track, axis, (&kinds, mark_rows));
                 hovered = hovered.or(pointing::scrub(ui, session, axis, &response, actions));
             } else {
                 other_lane(ui, branch, track, axis);
@@ -211,8 +246,8 @@ fn about(ui: &mut Ui, session: &Session, branch: &Branch) {
         Some(origin) => {
             let parent = session.timeline.branch(origin.branch);
             let name = parent.map_or("a branch that is gone", |b| &b.name);
-            let at = branch.states.get(origin.index).map_or_else(String::new, |s| pointing::name(s));
-            format!("Left {name} at {}", at.to_lowercase())
+            let at = branch.name_of(origin.index).to_string();
+            format!("Left {name} at {}", lower_first(&at))
         }
         None => "Began with a start".to_owned(),
     };
@@ -222,7 +257,7 @@ fn about(ui: &mut Ui, session: &Session, branch: &Branch) {
     let Some(last) = branch.states.last() else { return };
     Grid::new(("about", branch.id)).num_columns(2).spacing([14.0, 1.0]).show(ui, |ui| {
         ui.label(RichText::new("Last state").color(weak));
-        ui.label(pointing::name(last));
+        ui.label(branch.name_of(usize::MAX).to_string());
         ui.end_row();
         for curve in Curve::ALL {
             ui.label(RichText::new(curve.text()).color(weak));
@@ -304,8 +339,15 @@ fn other_lane(ui: &Ui, branch: &Branch, track: Rect, axis: &Axis) {
     }
 }
 
-/// The line with a row for each kind of mark under it.
-fn shown_lane(ui: &Ui, session: &Session, branch: &Branch, track: Rect, axis: &Axis, kinds: &BTreeSet<Mark>) {
+/// The line with rows of marks under it, as far as there are any one for each kind.
+fn shown_lane(
+    ui: &Ui,
+    session: &Session,
+    branch: &Branch,
+    track: Rect,
+    axis: &Axis,
+    (kinds, rows): (&[Mark], usize),
+) {
     if let Some(origin) = branch.origin {
         // The states that it shares with where it came from.
         let y = track.min.y + 0.5 * LANE;
@@ -315,7 +357,9 @@ fn shown_lane(ui: &Ui, session: &Session, branch: &Branch, track: Rect, axis: &A
     line_and_dots(ui, branch, track, axis, true);
     let x = axis.x(session.timeline.shown_index());
     ui.painter().circle_filled(pos2(x, track.min.y + 0.5 * LANE), 4.6, lane_color(ui, true));
-    for (row, &mark) in kinds.iter().enumerate() {
+    // Where kinds share a row, the rarer ones come last and are on top.
+    for (k, &mark) in kinds.iter().enumerate() {
+        let row = k * rows / kinds.len();
         let y = track.min.y + LANE + MARKS * (row as f32 + 0.4);
         let color = marks::color(ui, mark);
         let mut last = f32::NEG_INFINITY;
@@ -324,6 +368,33 @@ fn shown_lane(ui: &Ui, session: &Session, branch: &Branch, track: Rect, axis: &A
             if at.x - last >= CLOSEST && Mark::of(state).contains(&mark) {
                 marks::paint(ui.painter(), at, 3.2, mark, color);
                 last = at.x;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_branch_more_takes_no_curve_away_and_nothing_is_cut() {
+        for room in (0..60).map(|i| 10.0 * i as f32) {
+            for wanted in 0..=4 {
+                for kinds in 0..=6 {
+                    let one = Shares::of(room, wanted, 1, 0);
+                    for branches in 1..=9 {
+                        let shares = Shares::of(room, wanted, branches, kinds);
+                        assert_eq!(shares.plots, one.plots, "{room} {wanted} {branches} {kinds}");
+                        let sum = shares.plots_height + shares.lanes_seen;
+                        assert!(sum <= room + 0.01, "{room}: {shares:?}");
+                        assert!(shares.plots_height >= plots::LEAST * shares.plots as f32 - 0.01);
+                        assert!(shares.rows <= kinds && (shares.rows > 0) == (kinds > 0));
+                        let hidden = (shares.lanes_height - shares.lanes_seen) / LANE;
+                        let is_whole = (hidden - hidden.round()).abs() < 1e-3;
+                        assert!(is_whole || shares.plots == 0, "{room}: {shares:?}");
+                    }
+                }
             }
         }
     }

@@ -22,8 +22,8 @@ mod pointing;
 mod ruler;
 
 use axis::Axis;
-use lanes::Renaming;
-pub(super) use pointing::{name as state_name, value_text};
+use lanes::{Renaming, Shares};
+pub(super) use pointing::value_text;
 
 /// The least height: the first row and the ruler.
 pub(super) const LEAST_HEIGHT: f32 = theme::ROW + ruler::HEIGHT + 12.0;
@@ -33,13 +33,17 @@ const NAMES: f32 = 132.0;
 /// Width of the figures on the right, and of a panel that has room for them.
 const FIGURES: f32 = 178.0;
 const WIDE: f32 = 780.0;
-/// Height of a panel that has room for the figures in a row of their own.
-const LOW: f32 = 140.0;
+/// Height of the figures in a row of their own, and of a panel that has room
+/// for it besides the curves.
+const FIGURES_ROW: f32 = 30.0;
+const LOW: f32 = 168.0;
 
 /// What the panel remembers besides the session.
 #[derive(Debug, Default)]
 pub(super) struct Timeline {
     renaming: Option<Renaming>,
+    /// The branch whose lane was brought into view last, and of how many.
+    brought: Option<(u32, usize)>,
     /// When the session was last told that time passes, in seconds.
     played_at: Option<f64>,
 }
@@ -81,33 +85,29 @@ impl Timeline {
         let axis = Axis::new(egui::Rangef::new(left, body.max.x), states, longest.max(expected(session)));
 
         let wanted: Vec<_> = session.curves.shown().collect();
-        let lanes_height = lanes::height(session, &lanes::kinds(session));
         let room = (body.height() - ruler::HEIGHT).max(0.0);
-        // Lanes that take more than half of the room scroll, unless nothing else
-        // has a use for it.
-        let most = if wanted.is_empty() { room } else { (0.5 * room).max(room - wanted.len() as f32 * 90.0) };
-        let lanes_room = lanes_height.min(most.max(room - plots::LEAST * wanted.len() as f32));
-        let plots_room = room - lanes_room;
-        let fitting = ((plots_room / plots::LEAST) as usize).min(wanted.len());
-        let plot_height = if fitting == 0 { 0.0 } else { plots_room / fitting as f32 };
+        let branches = session.timeline.branches().len();
+        let shares = Shares::of(room, wanted.len(), branches, lanes::kinds(session).len());
+        let plot_height = shares.plots_height / shares.plots.max(1) as f32;
 
         let mut hovered = None;
         let mut top = body.min.y;
-        for &curve in &wanted[..fitting] {
+        for &curve in &wanted[..shares.plots] {
             let rect = Rect::from_min_max(pos2(body.min.x, top), pos2(body.max.x, top + plot_height - 3.0));
             hovered = plots::show(ui, session, curve, rect, &axis, actions).or(hovered);
             top += plot_height;
         }
         let ruler = Rect::from_min_max(pos2(left, top), pos2(body.max.x, top + ruler::HEIGHT));
         hovered = ruler::show(ui, session, ruler, &axis, actions).or(hovered);
-        let area = Rect::from_min_max(pos2(body.min.x, ruler.max.y), body.max);
+        let below = pos2(body.max.x, (ruler.max.y + shares.lanes_seen).min(body.max.y));
+        let area = Rect::from_min_max(pos2(body.min.x, ruler.max.y), below);
         if area.height() > 4.0 {
             within(ui, area, |ui| {
                 let scroll = ScrollArea::vertical().id_salt("lanes").min_scrolled_height(0.0);
                 scroll.auto_shrink([false, false]).show(ui, |ui| {
-                    let size = vec2(area.width(), lanes_height);
+                    let size = vec2(area.width(), shares.lanes_height);
                     let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
-                    hovered = self.lanes(ui, session, rect, &axis, actions).or(hovered);
+                    hovered = self.lanes(ui, session, rect, &axis, shares.rows, actions).or(hovered);
                 });
             });
         }

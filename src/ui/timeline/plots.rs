@@ -1,6 +1,6 @@
 //! The curves over the states.
 
-use egui::{FontId, Rangef, Rect, RichText, Sense, TextStyle, Ui, pos2, vec2};
+use egui::{FontId, Label, Rangef, Rect, RichText, Sense, TextStyle, Ui, pos2, vec2};
 use egui_plot::{AxisHints, GridMark, Line, Plot, PlotPoints, Points};
 
 use super::axis::Axis;
@@ -16,7 +16,12 @@ pub(super) const NUMBERS: f32 = 46.0;
 /// Height that a number at the y axis has for itself.
 const MARK: f32 = 16.0;
 /// The least height in which a curve says something.
-pub(super) const LEAST: f32 = 36.0;
+pub(super) const LEAST: f32 = 27.0;
+/// A plot lower than this has its title in one line.
+const LOW: f32 = 34.0;
+/// Space over and under the curve, so that its dots and the numbers at the axis
+/// are whole.
+const PAD: f64 = 5.0;
 
 /// One curve, from `names` (the left end of the row) on; the hovered state.
 pub(super) fn show(
@@ -34,7 +39,8 @@ pub(super) fn show(
         .enumerate()
         .filter_map(|(i, state)| Some([i as f64, session.value_of(curve, state)?]))
         .collect();
-    let [low, high] = span(curve, &points);
+    let height = f64::from(rect.height());
+    let [low, high] = span(curve, &points, height);
     let measured: Vec<[f64; 2]> = match curve {
         Curve::Chamfer => {
             let is_exact = |i: usize| session.chamfer_of(states[i].key).is_some_and(|c| !c.is_rough);
@@ -73,7 +79,7 @@ pub(super) fn show(
             .show_background(false)
             .label_formatter(|_| None)
             .custom_y_axes(vec![numbers])
-            .y_grid_spacer(move |_| grid(low, high, most))
+            .y_grid_spacer(move |_| grid(low, high, most, 0.8 * PAD / height))
             .grid_color(ui.visuals().widgets.noninteractive.bg_stroke.color)
             .show(ui, |plot| {
                 plot.set_plot_bounds_x(bounds[0]..=bounds[1]);
@@ -106,36 +112,41 @@ fn title(ui: &mut Ui, session: &Session, curve: Curve, rect: Rect, right: f32) {
         ui.spacing_mut().item_spacing.y = 0.0;
         let value =
             session.snapshot.as_ref().map_or_else(|| "–".to_owned(), |s| value_text(session, curve, s));
-        ui.label(RichText::new(curve.text()).small().color(palette.weak)).on_hover_text(curve.tooltip());
-        ui.label(value).on_hover_text(curve.tooltip());
+        let name = RichText::new(curve.text()).small().color(palette.weak);
+        let layout = if rect.height() < LOW {
+            egui::Layout::left_to_right(egui::Align::Center)
+        } else {
+            egui::Layout::top_down(egui::Align::Min)
+        };
+        ui.with_layout(layout, |ui| {
+            ui.label(name).on_hover_text(curve.tooltip());
+            ui.add(Label::new(value).truncate()).on_hover_text(curve.tooltip());
+        });
     });
 }
 
-/// What the y axis shows: all points, and zero where that is the best a curve
-/// can come to.
-fn span(curve: Curve, points: &[[f64; 2]]) -> [f64; 2] {
+/// What the y axis of a plot of some height shows: all points, zero where that
+/// is the best a curve can come to, and some space at both ends.
+fn span(curve: Curve, points: &[[f64; 2]], height: f64) -> [f64; 2] {
     let low = points.iter().map(|p| p[1]).fold(f64::INFINITY, f64::min);
     let high = points.iter().map(|p| p[1]).fold(f64::NEG_INFINITY, f64::max);
-    if low > high {
-        return [0.0, 1.0];
-    }
-    match curve {
+    let (low, high) = match curve {
+        _ if low > high => (0.0, 1.0),
         Curve::LogJoint => {
-            let margin = (0.08 * (high - low)).max(1e-3 * high.abs()).max(1e-9);
-            [low - margin, high + margin]
+            let least = (2e-3 * high.abs()).max(2e-9);
+            let lacks = 0.5 * (least - (high - low)).max(0.0);
+            (low - lacks, high + lacks)
         }
-        Curve::Clusters => from_zero(high.max(4.0)),
-        Curve::MeanError | Curve::Chamfer => from_zero(if high > 0.0 { high } else { 1.0 }),
-    }
+        Curve::Clusters => (0.0, high.max(4.0)),
+        Curve::MeanError | Curve::Chamfer => (0.0, if high > 0.0 { high } else { 1.0 }),
+    };
+    let margin = (high - low) * PAD / (height - 2.0 * PAD).max(PAD);
+    [low - margin, high + margin]
 }
 
-/// With some space at both ends for numbers at the axis.
-fn from_zero(high: f64) -> [f64; 2] {
-    [-0.1 * high, 1.14 * high]
-}
-
-/// A few marks at round values, at `most` so many.
-fn grid(low: f64, high: f64, most: f64) -> Vec<GridMark> {
+/// A few marks at round values, at `most` so many, none in the outermost part
+/// `edge` of the span, where its number would be cut.
+fn grid(low: f64, high: f64, most: f64, edge: f64) -> Vec<GridMark> {
     let span = high - low;
     if !(span.is_finite() && span > 0.0) {
         return Vec::new();
@@ -145,9 +156,10 @@ fn grid(low: f64, high: f64, most: f64) -> Vec<GridMark> {
     let steps = [1.0, 2.0, 5.0, 10.0, 20.0, 50.0, 100.0].map(|n| n * power);
     let Some(step) = steps.into_iter().find(|s| span / s < most.max(1.2)) else { return Vec::new() };
     let first = (low / step).ceil() as i64;
+    let inner = low + edge * span..=high - edge * span;
     (first..first + 5)
         .map(|i| i as f64 * step)
-        .filter(|value| *value <= high)
+        .filter(|value| inner.contains(value))
         .map(|value| GridMark { value, step_size: step })
         .collect()
 }
@@ -172,12 +184,34 @@ mod tests {
     #[test]
     fn the_y_axis_has_a_few_round_marks_within() {
         for (low, high) in [(0.0, 33.0), (0.0, 0.0123), (-15_432.0, 20_211.0), (3.0e-9, 7.0e-9)] {
-            let marks = grid(low, high, 3.0);
+            let marks = grid(low, high, 3.0, 0.0);
             assert!((1..=4).contains(&marks.len()), "{low} {high}");
-            assert!((1..=2).contains(&grid(low, high, 1.5).len()), "{low} {high}");
+            assert!((1..=2).contains(&grid(low, high, 1.5, 0.0).len()), "{low} {high}");
+            assert!(grid(low, high, 3.0, 0.1).iter().all(|m| (m.value - low) / (high - low) > 0.099));
             assert!(marks.iter().all(|m| m.value >= low && m.value <= high));
         }
-        assert!(grid(0.0, f64::NAN, 3.0).is_empty() && grid(1.0, 1.0, 3.0).is_empty());
+        assert!(grid(0.0, f64::NAN, 3.0, 0.0).is_empty() && grid(1.0, 1.0, 3.0, 0.0).is_empty());
+    }
+
+    /// Also in the lowest plot the curve has most of the height, and its dots and
+    /// the number at zero are whole.
+    #[test]
+    fn a_curve_keeps_away_from_the_edges_and_has_the_rest() {
+        for height in [f64::from(LEAST) - 3.0, 60.0, 200.0] {
+            for curve in Curve::ALL {
+                for values in [[5.0, 30.0], [-900.0, -20.0], [0.02, 0.02]] {
+                    let points = values.map(|v| [0.0, v]);
+                    let [low, high] = span(curve, &points, height);
+                    let at = |v: f64| height * (v - low) / (high - low);
+                    let lowest = if curve == Curve::LogJoint { values[0] } else { 0.0 };
+                    for value in [lowest, values[1].max(lowest)] {
+                        assert!(at(value) > 4.9 && at(value) < height - 4.9, "{curve:?} {height}");
+                    }
+                    let marks = grid(low, high, 2.0, 0.8 * PAD / height);
+                    assert!(marks.iter().all(|m| at(m.value) > 3.9 && at(m.value) < height - 3.9));
+                }
+            }
+        }
     }
 
     #[test]

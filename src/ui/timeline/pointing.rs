@@ -3,11 +3,11 @@
 use egui::{EventFilter, Grid, Key, Label, PointerButton, Response, RichText, Tooltip, Ui};
 
 use super::axis::Axis;
-use crate::inference::Algorithm;
 use crate::session::Session;
 use crate::session::action::Action;
 use crate::session::curves::Curve;
 use crate::session::messages;
+use crate::session::naming::StateName;
 use crate::ui::theme::Palette;
 use crate::ui::widgets::{count, length};
 use crate::worker::Snapshot;
@@ -45,10 +45,11 @@ pub(super) fn scrub(
 fn tell(session: &Session, response: &Response, index: usize) {
     let states = session.timeline.states();
     let Some(state) = states.get(index) else { return };
+    let name = StateName::of(states, index);
     Tooltip::for_widget(response).at_pointer().gap(14.0).width(TOOLTIP).show(|ui| {
         let weak = Palette::of(ui).weak;
         ui.horizontal(|ui| {
-            ui.label(RichText::new(name(state)).strong());
+            ui.label(RichText::new(name.place()).strong());
             let place = format!("state {} of {}", count(index + 1), count(states.len()));
             ui.label(RichText::new(place).small().color(weak));
         });
@@ -59,19 +60,11 @@ fn tell(session: &Session, response: &Response, index: usize) {
                 ui.end_row();
             }
         });
-        if let Some((_, what)) =
-            messages::of_step(state).split_once(": ").filter(|(_, what)| !what.is_empty())
-        {
+        if let Some(what) = messages::of_step(state) {
             ui.add_space(2.0);
-            ui.add(Label::new(capitalised(what)).wrap());
+            ui.add(Label::new(capitalised(&what)).wrap());
         }
     });
-}
-
-/// What a state is called.
-pub(in crate::ui) fn name(state: &Snapshot) -> String {
-    let step = if state.start.algorithm == Algorithm::Sampler { "Iteration" } else { "Step" };
-    format!("{step} {}", state.abstraction.iteration)
 }
 
 /// A curve's value for people; estimates say that they are.

@@ -1,6 +1,8 @@
 //! The ruler under the plots: a tick for every state, and the playhead.
 
-use egui::{Align2, FontId, Rect, Sense, Stroke, TextStyle, Ui, pos2, vec2};
+use std::sync::Arc;
+
+use egui::{FontId, Galley, Rect, Sense, Stroke, TextStyle, Ui, Vec2, pos2, vec2};
 
 use super::axis::{Axis, round_step};
 use super::pointing;
@@ -10,8 +12,8 @@ use crate::ui::theme::Palette;
 use crate::worker::Cause;
 
 pub(super) const HEIGHT: f32 = 26.0;
-/// Room for a number.
-const NUMBER: f32 = 34.0;
+/// Space from number to number.
+const APART: f32 = 12.0;
 
 /// The ruler over the axis's range; the hovered state.
 pub(super) fn show(
@@ -32,12 +34,16 @@ pub(super) fn show(
         let stroke = ui.visuals().widgets.hovered.bg_stroke;
         ui.painter().rect_stroke(rect.expand2(vec2(2.0, 0.0)), 3.0, stroke, egui::StrokeKind::Inside);
     }
-    ticks(ui, session, rect, axis);
-    playhead(ui, session, rect, axis);
+    if !states.is_empty() {
+        let handle = Handle::new(ui, session, rect, axis);
+        ticks(ui, session, rect, axis, handle.rect);
+        handle.show(ui, axis.x(shown), rect.min.y);
+    }
     pointing::scrub(ui, session, axis, &response, actions)
 }
 
-fn ticks(ui: &Ui, session: &Session, rect: Rect, axis: &Axis) {
+/// Ticks, with numbers where there is room beside the `handle`.
+fn ticks(ui: &Ui, session: &Session, rect: Rect, axis: &Axis, handle: Rect) {
     let palette = Palette::of(ui);
     let painter = ui.painter().with_clip_rect(ui.clip_rect().intersect(rect.expand2(vec2(8.0, 0.0))));
     let states = session.timeline.states();
@@ -54,36 +60,104 @@ fn ticks(ui: &Ui, session: &Session, rect: Rect, axis: &Axis) {
         let length = if long { 6.0 } else { 4.0 };
         painter.vline(axis.x(index), base..=base + length, Stroke::new(1.0, palette.weak));
     }
-    let step = round_step(axis.spacing(), NUMBER);
     let font = FontId::proportional(TextStyle::Small.resolve(ui.style()).size);
-    let mut free_from = f32::NEG_INFINITY;
-    let mut before = None;
-    for (index, state) in states.iter().enumerate() {
-        let iteration = state.abstraction.iteration;
-        let is_first = before != Some(iteration);
-        before = Some(iteration);
-        let x = axis.x(index);
-        if !is_first || !iteration.is_multiple_of(step) || x < free_from {
-            continue;
-        }
-        let at = pos2(x, rect.max.y);
-        painter.vline(x, base..=base + 7.0, Stroke::new(1.0, palette.weak));
-        painter.text(at, Align2::CENTER_BOTTOM, iteration.to_string(), font.clone(), palette.weak);
-        free_from = x + NUMBER;
+    let number = |iteration: u32| painter.layout_no_wrap(iteration.to_string(), font.clone(), palette.weak);
+    let iterations: Vec<u32> = states.iter().map(|s| s.abstraction.iteration).collect();
+    for (index, place) in numbered(rect, axis, &iterations, |n| number(n).size(), handle) {
+        painter.vline(axis.x(index), base..=base + 7.0, Stroke::new(1.0, palette.weak));
+        painter.galley(place.min, number(iterations[index]), palette.weak);
     }
 }
 
-/// The handle, with the shown state's iteration on it.
-fn playhead(ui: &Ui, session: &Session, rect: Rect, axis: &Axis) {
-    let Some(state) = session.timeline.shown() else { return };
-    let palette = Palette::of(ui);
-    let x = axis.x(session.timeline.shown_index());
-    let font = FontId::proportional(TextStyle::Small.resolve(ui.style()).size);
-    let text = state.abstraction.iteration.to_string();
-    let galley = ui.painter().layout_no_wrap(text, font, palette.on_accent);
-    let size = vec2(galley.size().x.max(12.0) + 8.0, 15.0);
-    let handle = Rect::from_center_size(pos2(x, rect.max.y - 0.5 * size.y + 1.0), size);
-    ui.painter().vline(x, rect.min.y..=handle.min.y, Stroke::new(1.5, palette.accent));
-    ui.painter().rect_filled(handle, 3.0, palette.accent);
-    ui.painter().galley(handle.center() - 0.5 * galley.size(), galley, palette.on_accent);
+/// Which states have their iteration under them, and where: round ones, the
+/// first of each iteration, as far as they meet neither each other nor the
+/// `handle`.
+fn numbered(
+    rect: Rect,
+    axis: &Axis,
+    iterations: &[u32],
+    size: impl Fn(u32) -> Vec2,
+    handle: Rect,
+) -> Vec<(usize, Rect)> {
+    let widest = iterations.iter().max().map_or(0.0, |&n| size(n).x);
+    let step = round_step(axis.spacing(), widest + APART);
+    let mut free_from = f32::NEG_INFINITY;
+    let mut placed = Vec::new();
+    for (index, &iteration) in iterations.iter().enumerate() {
+        let is_first = index == 0 || iterations[index - 1] != iteration;
+        if !is_first || !iteration.is_multiple_of(step) {
+            continue;
+        }
+        let place = along(rect, axis.x(index), size(iteration));
+        if place.min.x >= free_from && !place.expand(3.0).intersects(handle) {
+            free_from = place.max.x + 0.6 * APART;
+            placed.push((index, place));
+        }
+    }
+    placed
+}
+
+/// The place of a text at the bottom of the ruler, centred at `x` as far as it
+/// stays within.
+fn along(rect: Rect, x: f32, size: Vec2) -> Rect {
+    let left = (x - 0.5 * size.x).min(rect.max.x - size.x).max(rect.min.x);
+    Rect::from_min_size(pos2(left, rect.max.y - size.y), size)
+}
+
+/// The playhead with the shown state's name on it.
+struct Handle {
+    rect: Rect,
+    text: Arc<Galley>,
+}
+
+impl Handle {
+    fn new(ui: &Ui, session: &Session, rect: Rect, axis: &Axis) -> Self {
+        let font = FontId::proportional(TextStyle::Small.resolve(ui.style()).size);
+        let name = session.timeline.shown_name().short();
+        let text = ui.painter().layout_no_wrap(name, font, Palette::of(ui).on_accent);
+        let size = vec2(text.size().x.max(12.0) + 8.0, 15.0);
+        let x = axis.x(session.timeline.shown_index());
+        Self { rect: along(rect, x, size).translate(vec2(0.0, 1.0)), text }
+    }
+
+    fn show(self, ui: &Ui, x: f32, top: f32) {
+        let palette = Palette::of(ui);
+        ui.painter().vline(x, top..=self.rect.min.y, Stroke::new(1.5, palette.accent));
+        ui.painter().rect_filled(self.rect, 3.0, palette.accent);
+        let at = self.rect.center() - 0.5 * self.text.size();
+        ui.painter().galley(at, self.text, palette.on_accent);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use egui::Rangef;
+
+    use super::*;
+
+    #[test]
+    fn numbers_never_meet_and_stay_within() {
+        for width in [90.0, 330.0, 700.0, 1600.0] {
+            for states in [1, 2, 7, 31, 32, 400, 2000] {
+                let rect = Rect::from_min_size(pos2(200.0, 50.0), vec2(width, HEIGHT));
+                let axis = Axis::new(Rangef::new(200.0, 200.0 + width), states, states);
+                // Digits of the size that they have, and at the end merges of one iteration.
+                let size = |n: u32| vec2(6.5 * n.to_string().len() as f32, 12.0);
+                let iterations: Vec<u32> = (0..states as u32).map(|i| i.min(1990)).collect();
+                for shown in [0, states / 2, states - 1] {
+                    let handle = along(rect, axis.x(shown), vec2(64.0, 15.0));
+                    let placed = numbered(rect, &axis, &iterations, size, handle);
+                    for pair in placed.windows(2) {
+                        assert!(pair[1].1.min.x - pair[0].1.max.x > 5.0, "{width} {states}: {pair:?}");
+                    }
+                    for (index, place) in &placed {
+                        assert!(rect.contains_rect(*place) && !place.intersects(handle));
+                        assert!((place.center().x - axis.x(*index)).abs() < 5.0, "at its tick");
+                    }
+                    assert!(rect.contains_rect(handle));
+                    assert!(!placed.is_empty() || width < 100.0 || states < 3, "{width} {states}");
+                }
+            }
+        }
+    }
 }

@@ -4,6 +4,7 @@ use egui::{CursorIcon, PointerButton, Pos2, Rect, Response, Shape, Stroke, Ui, p
 use nalgebra::{Point3, Vector2};
 
 use super::Viewport;
+use crate::geometry::Bulk;
 use crate::inference::UNASSIGNED;
 use crate::render::region::{points_within, primitives_within};
 use crate::render::{Frame, Pick, PickId, Region, picking};
@@ -110,7 +111,7 @@ impl Viewport {
             let how = how(ui);
             match view.view.picks {
                 Picks::Points => {
-                    let samples: Vec<u32> =
+                    let samples: Bulk<Vec<u32>> =
                         pick.and_then(|pick| sample_of(view, &pick)).into_iter().map(|i| i as u32).collect();
                     if !samples.is_empty() || how == Select::Replace {
                         actions.push(Action::SelectPoints { samples, how });
@@ -119,7 +120,7 @@ impl Viewport {
                 Picks::Primitives => match (id, how) {
                     (Some(id), Select::Add) => actions.push(Action::ToggleSelected(id)),
                     (Some(id), Select::Remove) => {
-                        actions.push(Action::SelectPrimitives { ids: vec![id], how });
+                        actions.push(Action::SelectPrimitives { ids: vec![id].into(), how });
                     }
                     (id, Select::Replace) => actions.push(Action::Select(id)),
                     (None, Select::Add | Select::Remove) => {}
@@ -169,7 +170,7 @@ impl Viewport {
         let (pickable, visible_only, how) = (self.scene.pickable(), view.view.visible_only, how(ui));
         actions.push(match view.view.picks {
             Picks::Primitives => Action::SelectPrimitives {
-                ids: primitives_within(&pickable, frame, &region, visible_only),
+                ids: primitives_within(&pickable, frame, &region, visible_only).into(),
                 how,
             },
             Picks::Points => {
