@@ -2,5 +2,6 @@
 #![allow(clippy::unwrap_used)] // What can't be had in a helper fails the test, too.
 
 mod architecture;
+mod docs;
 mod guide;
 mod licences;
