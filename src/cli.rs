@@ -35,7 +35,9 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use clap::{Args, CommandFactory, Parser, Subcommand};
+use tracing::Level;
 use tracing_subscriber::Layer as _;
+use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
@@ -364,8 +366,8 @@ pub fn instead_of_window(request: WindowRequest, why: &str) -> ExitCode {
 /// Sends warnings (or what RUST_LOG asks for) to standard error, and warnings
 /// and errors to the journal.
 pub fn start_log() -> Journal {
-    let filter = tracing_subscriber::EnvFilter::try_from_default_env()
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("superform=warn"));
+    let asked = std::env::var("RUST_LOG").ok().and_then(|asked| asked.parse::<Targets>().ok());
+    let filter = asked.unwrap_or_else(|| Targets::new().with_target("superform", Level::WARN));
     let (journal, layer) = Journal::new();
     let printed = tracing_subscriber::fmt::layer().with_writer(std::io::stderr).with_filter(filter);
     // Fails only if there is a log already.

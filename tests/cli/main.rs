@@ -20,5 +20,6 @@ mod packaging;
 mod program;
 mod ray_cluster;
 mod render;
+mod shapes;
 #[cfg(all(feature = "window", target_os = "linux"))]
 mod window;
