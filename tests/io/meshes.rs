@@ -152,7 +152,7 @@ fn off_that_is_broken_says_where() {
         ("3 0 1 2", "3 0 1", "line 7: the face has fewer"),
         ("3 0 1 2", "3 0 1 b", "line 7: “b” is not the index"),
         ("OFF", "OFF BINARY", "line 1: a binary OFF"),
-        ("OFF", "nOFF 5", "begins no OFF mesh of three"),
+        ("OFF", "nOFF 5", "“nOFF” begins a mesh of any number of dimensions"),
     ] {
         let message = refusal("a.off", OFF.replacen(from, to, 1));
         assert!(message.contains(words), "{message} lacks {words}");

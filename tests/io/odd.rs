@@ -87,7 +87,32 @@ fn odd_obj() {
         ("a.obj", text(&OBJ.replace("f 1", "f -0")), Cloud(3, "1 face pointing")),
         ("a.obj", text(&OBJ.replace("f 1 2 3", "f 1 \\\n2 \\\n3")), Mesh(3, 1, "")),
         ("a.obj", text(&OBJ.replace("f 1 2 3", "f 1 2 3\\")), Mesh(3, 1, "")),
-        ("a.obj", text(&OBJ.replace("f 1 2 3", "f 1 2")), Cloud(3, "")),
+        (
+            "a.obj",
+            text(&OBJ.replace("f 1 2 3", "f 1 2")),
+            Refused("no faces, only 1 line, and so no surface"),
+        ),
+        ("a.obj", text(&OBJ.replace("f 1 2 3", "l 1 2 3\nl 3 1")), Refused("no faces, only 2 lines")),
+        (
+            "a.obj",
+            text(&format!("{}l 1 2\n", "v 1 2 3\n".repeat(1000))),
+            Cloud(1000, "no faces, only 1 line: taken as a point cloud of its vertices"),
+        ),
+        ("a.obj", text(&OBJ.replace("f 1 2 3", "p 1 2 3")), Cloud(3, "")),
+        // A backslash goes on with numbers only.
+        ("a.obj", text(&format!("# saved to C:\\models\\\n{OBJ}")), Mesh(3, 1, "")),
+        ("a.obj", text(&OBJ.replace("v 1 0 0", "v 1 0 0 # C:\\")), Mesh(3, 1, "")),
+        ("a.obj", text(&OBJ.replace("v 1 0 0", "usemtl brick\\\nv 1 0 0")), Mesh(3, 1, "")),
+        ("a.obj", text(&OBJ.replace("v 1 0 0", "g left\\\nv 1 0 0")), Mesh(3, 1, "")),
+        ("a.obj", text(&OBJ.replace("v 1 0 0", "o C:\\a\\  \r\nv 1 0 0")), Mesh(3, 1, "")),
+        ("a.obj", text(&format!("mtllib C:\\a b\\\n{OBJ}")), Mesh(3, 1, "")),
+        ("a.obj", text(&OBJ.replace("v 1 0 0", "v 1 \\\r\n 0 \\\r\n 0")), Mesh(3, 1, "")),
+        // Control points are not the shape.
+        (
+            "a.obj",
+            text("v 0 0 0\nv 1 0 0\nv 0 1 0\ncstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3\nparm u 0 1\nend\n"),
+            Refused("free-form (curv, surf), which can't be read; export it as polygons"),
+        ),
         (
             "a.obj",
             text(&OBJ.replace("f 1 2 3", "f 99999999999999999999 2 3")),
@@ -100,7 +125,11 @@ fn odd_obj() {
         (
             "a.obj",
             text(&format!("{OBJ}vt 0\nvp 1\ncurv 0 1\nsurf 0\nparm u 0\nend\nl 1 2\nf 3 2 1 # back\n")),
-            Mesh(3, 2, ""),
+            Mesh(
+                3,
+                2,
+                "left out 2 free-form curves and surfaces: only polygons can be read; left out 1 line beside the surfaces",
+            ),
         ),
         ("a.obj", text("mtllib x.mtl\no nothing\n"), Refused("no points")),
         ("a.obj", text("V 0 0 0\nV 1 0 0\n"), Refused("no points")),
@@ -128,7 +157,67 @@ fn odd_ply() {
         ("a.ply", big, Mesh(4, 2, "")),
         ("a.ply", header(&list("uchar double")), Mesh(3, 1, "")),
         ("a.ply", header(&list("int64 uint64")), Mesh(3, 1, "")),
-        ("a.ply", header(&list("float int")), Refused("line 8: “property list float int")),
+        ("a.ply", header(&list("float int")), Mesh(3, 1, "")),
+        ("a.ply", header(&list("double int").replace("3 0 1 2", "3.0 0 1 2")), Mesh(3, 1, "")),
+        (
+            "a.ply",
+            header(&list("float int").replace("3 0 1 2", "2.5 0 1 2")),
+            Refused("line 13: 2.5 is not the length of a list, which is a whole number"),
+        ),
+        (
+            "a.ply",
+            header(&list("uchar int").replace("3 0 1 2\n", "3 0 1 2 255 0 0\n")),
+            Mesh(3, 1, "1 line holds more values than the header announces, from line 13 on"),
+        ),
+        (
+            "a.ply",
+            header(&list("uchar int").replace(" 0 0\n", " 0 0 9 9\n")),
+            Mesh(3, 1, "2 lines hold more values than the header announces, from line 10 on"),
+        ),
+        // All of it on one line, or the vertices.
+        (
+            "a.ply",
+            header(&list("uchar int").replace("0 0 0\n1 0 0\n0 1 0\n", "0 0 0 1 0 0 0 1 0 ")),
+            Mesh(3, 1, ""),
+        ),
+        ("a.ply", header(&list("uchar int").replace("0 0 0\n1 0 0\n", "0 0 0 1 0 0\n")), Mesh(3, 1, "")),
+        (
+            "a.ply",
+            header(&list("uchar int").replace("3 0 1 2\n", "")),
+            Refused("the header announces 1 elements “face”"),
+        ),
+        // No faces.
+        (
+            "a.ply",
+            header(&format!(
+                "element vertex 2\n{xyz}element edge 1\nproperty int vertex1\nproperty int vertex2\nend_header\n0 0 0\n1 1 1\n0 1\n"
+            )),
+            Refused("no faces, only 1 line"),
+        ),
+        (
+            "a.ply",
+            header(&format!(
+                "element vertex 3\n{xyz}element face 1\nproperty int a\nproperty int b\nproperty int c\nend_header\n0 0 0\n1 0 0\n0 1 0\n0 1 2\n"
+            )),
+            Refused("its faces lack the list vertex_indices"),
+        ),
+        (
+            "a.ply",
+            header(
+                &list("uchar int")
+                    .replace("property list", "property list uchar float texcoord\nproperty list")
+                    .replace("3 0 1 2", "6 0 0 1 0 0 1 3 0 1 2")
+                    .replace("vertex_indices", "corners"),
+            ),
+            Mesh(3, 1, ""),
+        ),
+        (
+            "a.ply",
+            header(
+                "element chunk 1\nproperty float min_x\nelement vertex 1\nproperty uint packed_position\nend_header\n0\n0\n",
+            ),
+            Refused("its Gaussian splats are packed (packed_position)"),
+        ),
         ("a.ply", header(&list("uchar list uchar int")), Refused("line 8: “property list uchar list")),
         (
             "a.ply",
@@ -177,8 +266,94 @@ fn odd_ply() {
     ]);
 }
 
+/// An L of area 5, with its notch at the second corner, in every format that
+/// has polygons; a fan around any corner but two would close the notch.
+#[test]
+fn concave_polygons_of_every_format() {
+    let corners = [[3, 1], [1, 1], [1, 3], [0, 3], [0, 0], [3, 0]];
+    let numbers = |i: usize| format!("{} {} 7", corners[i][0], corners[i][1]);
+    for first in 0..6 {
+        let vertices: Vec<String> = (0..6).map(|i| numbers((first + i) % 6)).collect();
+        let lines = vertices.join("\n");
+        let obj = format!("v {}\n", vertices.join("\nv "));
+        let ply = |format: &str| {
+            format!(
+                "ply\nformat {format} 1.0\nelement vertex 6\nproperty float x\nproperty float y\nproperty float z\n\
+                 element face 1\nproperty list uchar uchar vertex_indices\nend_header\n"
+            )
+        };
+        let mut binary = ply("binary_little_endian").into_bytes();
+        let coordinates = (0..6).flat_map(|i| corners[(first + i) % 6].into_iter().chain([7]));
+        binary.extend(coordinates.flat_map(|v| (v as f32).to_le_bytes()));
+        binary.extend([6, 0, 1, 2, 3, 4, 5]);
+        let (head, elements) =
+            ply("ascii").split_once("element face").map(|(a, b)| (a.to_owned(), b.to_owned())).unwrap();
+        let vertex = head.split_once("element vertex").unwrap().1.to_owned();
+        let faces = elements.replace("end_header\n", "");
+        for (name, content) in [
+            ("a.obj", text(&format!("{obj}f 1 2 3 4 5 6\n"))),
+            ("a.obj", text(&format!("{obj}vn 0 0 1\nvt 0 0\nf -6/1/1 -5/1/1 -4/1/1 -3/1/1 -2/1/1 -1/1/1\n"))),
+            ("a.obj", text(&format!("f 6//1 5//1 4//1 \\\n 3//1 2//1 1//1\n{obj}vn 0 0 1\n"))),
+            ("a.ply", text(&format!("{}{lines}\n6 0 1 2 3 4 5\n", ply("ascii")))),
+            (
+                "a.ply",
+                text(&format!(
+                    "ply\nformat ascii 1.0\nelement face{faces}element vertex{vertex}end_header\n6 5 4 3 2 1 0\n{lines}\n"
+                )),
+            ),
+            ("a.ply", binary),
+            ("a.off", text(&format!("OFF\n6 1 0\n{lines}\n6 0 1 2 3 4 5 255 0 0\n"))),
+            (
+                "a.stl",
+                text(&format!(
+                    "solid\nfacet normal 0 0 1\nouter loop\nvertex {}\nendloop\nendfacet\nendsolid",
+                    vertices.join("\nvertex ")
+                )),
+            ),
+        ] {
+            let shape = read_bytes(&content, name).unwrap_or_else(|e| panic!("{e}"));
+            let ShapeGeometry::Mesh(mesh) = &shape.geometry else { panic!("{name} is a cloud") };
+            let triangles: Vec<_> = mesh.faces.iter().map(|f| mesh.corners(f).unwrap()).collect();
+            let area: f64 = triangles.iter().map(|[a, b, c]| 0.5 * (b - a).cross(&(c - a)).norm()).sum();
+            assert!((area - 5.0).abs() < 1e-12 && triangles.len() == 4, "{name}: {area}, {triangles:?}");
+            let in_notch = |[a, b, c]: &[nalgebra::Point3<f64>; 3]| {
+                let middle = (a.coords + b.coords + c.coords) / 3.0;
+                middle.x > 1.0 && middle.y > 1.0
+            };
+            assert!(!triangles.iter().any(in_notch), "{name}: {triangles:?}");
+        }
+    }
+}
+
+/// Gaussian splats are points with the colours of their zeroth harmonics.
+#[test]
+fn splats_are_points_with_their_mean_colors() {
+    let names = [
+        "x", "y", "z", "nx", "ny", "nz", "f_dc_0", "f_dc_1", "f_dc_2", "f_rest_0", "opacity", "scale_0",
+        "scale_1", "scale_2", "rot_0", "rot_1", "rot_2", "rot_3",
+    ];
+    let properties: String = names.iter().map(|name| format!("property float {name}\n")).collect();
+    let mut file =
+        format!("ply\nformat binary_little_endian 1.0\nelement vertex 2\n{properties}end_header\n")
+            .into_bytes();
+    for [red, green, blue] in [[0.0, 9.0, -9.0], [0.886_226_9, -0.886_226_9, f32::NAN]] {
+        let values =
+            [1.0, 2.0, 3.0, 0.0, 0.0, 0.0, red, green, blue, 5.0, -2.0, 0.1, 0.1, 0.1, 1.0, 0.0, 0.0, 0.0];
+        file.extend(values.iter().flat_map(|v: &f32| v.to_le_bytes()));
+    }
+    let shape = read_bytes(&file, "a.ply").unwrap();
+    assert_eq!(shape.attributes.colors, Some(vec![[128, 255, 0], [191, 64, 0]]));
+    assert_eq!(shape.attributes.normals, None);
+    let note = shape.notes.iter().find(|note| note.contains("Gaussian splats")).unwrap();
+    assert!(
+        note.contains("(f_dc)") && note.contains("sizes, rotations and opacities were left out"),
+        "{note}"
+    );
+}
+
 #[test]
 fn odd_stl() {
+    let facet = "solid a b\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0 0\nvertex 0 1 0\nendloop\nendfacet\nendsolid a b";
     let triangle: Vec<u8> = [0f32, 0., 1., 0., 0., 0., 1., 0., 0., 0., 1., 0.]
         .iter()
         .flat_map(|v| v.to_le_bytes())
@@ -218,6 +393,34 @@ fn odd_stl() {
             ),
             Mesh(3, 1, ""),
         ),
+        ("a.stl", text(&facet.replace("endloop", "end loop")), Mesh(3, 1, "")),
+        ("a.stl", text(&facet.replace("end", "End ").replace('\n', "\r\n\t")), Mesh(3, 1, "")),
+        ("a.stl", text(&facet.replace('\n', " ")), Mesh(3, 1, "")),
+        (
+            "a.stl",
+            text(&facet.replace("solid a b\n", "solid\n").replace("endsolid a b", "end\nsolid")),
+            Mesh(3, 1, ""),
+        ),
+        (
+            "a.stl",
+            text(&facet.replace("solid a b", "solid facet 7 of normal size, endsolid")),
+            Mesh(3, 1, ""),
+        ),
+        ("a.stl", text(&facet.replace("facet normal 0 0 1", "facet normal")), Mesh(3, 1, "")),
+        ("a.stl", text(&facet.replace("facet normal 0 0 1", "facet normal 0 0 1 0 0 1")), Mesh(3, 1, "")),
+        ("a.stl", text(&facet.replace("facet normal 0 0 1", "facet\nnormal 0 0\n1")), Mesh(3, 1, "")),
+        ("a.stl", text(&format!("{facet}\n\n{}\n", facet.replace("vertex 1", "vertex 2"))), Mesh(4, 2, "")),
+        ("a.stl", text(&format!("# by hand\n; too\n{facet}\nMade by a program\n{facet}\n")), Mesh(3, 2, "")),
+        ("a.stl", text(&format!("{facet}\n\u{1a}\0\0\0")), Mesh(3, 1, "")),
+        ("a.stl", text(facet.trim_start_matches("solid a b\n")), Mesh(3, 1, "")),
+        ("a.stl", text(&facet.replace("endloop", "end lop")), Refused("line 7: “lop” has no place")),
+        ("a.stl", text(&facet.replace("endloop", "endloop vertx")), Refused("line 7: “vertx” has no place")),
+        ("a.stl", text(&facet.replace("vertex 0 1 0\n", "")), Refused("line 6: a facet needs three corners")),
+        (
+            "a.stl",
+            text("solid a\nfacet normal 0 0 1\nouter loop\nvertex 0 0 0\nvertex 1 0"),
+            Refused("a facet is not finished"),
+        ),
     ]);
 }
 
@@ -236,7 +439,7 @@ fn odd_off() {
         (
             "a.off",
             text(&format!("nOFF\n4\n3 1 0\n{body}")),
-            Refused("line 1: “nOFF” begins no OFF mesh of three"),
+            Refused("line 1: “nOFF” begins a mesh of any number of dimensions"),
         ),
         ("a.off", text("OFF BINARY\n"), Refused("line 1: a binary OFF")),
         ("a.off", text(&format!("OFF\n-3 1 0\n{body}")), Refused("line 2: “-3” is not a number of vertices")),
@@ -255,7 +458,41 @@ fn odd_off() {
             text(&format!("OFF\n3 1 0\n{}", body.replace("3 0 1 2", "3 0 1 7"))),
             Cloud(3, "1 face pointing"),
         ),
-        ("a.off", text(&format!("OFF\n3 1 0\n{}", body.replace("3 0 1 2", "-1 0 1 2"))), Cloud(3, "")),
+        (
+            "a.off",
+            text(&format!("OFF\n3 1 0\n{}", body.replace("3 0 1 2", "-1 0 1 2"))),
+            Refused("line 6: “-1” is not a number of corners"),
+        ),
+        (
+            "a.off",
+            text(&format!("OFF\n3 1 0\n{}", body.replace("3 0 1 2", "2 0 1"))),
+            Refused("no faces, only 1 line"),
+        ),
+        // The first word in any case, glued to the counts, or missing.
+        ("a.off", text(&format!("off\n3 1 0\n{body}")), Mesh(3, 1, "")),
+        ("a", text(&format!("Off 3 1 0\n{body}")), Mesh(3, 1, "")),
+        ("a.off", text(&format!("coff3 1 0\n{}", body.replace("0\n", "0 255 0 0 255\n"))), Mesh(3, 1, "")),
+        ("a.off", text(&format!("noff\n3 1 0\n{}", body.replace("0\n", "0 0 0 1\n"))), Mesh(3, 1, "")),
+        ("a.off", text(&format!("3 1 0\n{body}")), Mesh(3, 1, "")),
+        ("a.OFF", text(&format!("# none\n\n3 1 # edges\n{body}")), Mesh(3, 1, "")),
+        ("a.off", text(&format!("OFF\n3\n1\n0\n{body}")), Mesh(3, 1, "")),
+        ("a.off", text(&format!("{body}3 1 0\n")), Cloud(5, "")),
+        // All on one line, or in lines of other lengths.
+        ("a.off", text(&format!("OFF 3 1 0 {}", body.replace('\n', " "))), Mesh(3, 1, "")),
+        ("a.off", text(&format!("off 3 1 0\n{} # end", body.replace('\n', "\t"))), Mesh(3, 1, "")),
+        ("a.off", text(&format!("3 1 0\n{}", body.replace("0\n1", "0 1"))), Mesh(3, 1, "")),
+        ("a.off", text(&format!("OFF 3 1 0 {body}")), Mesh(3, 1, "")),
+        ("a.off", text("COFF 3 1 0 0 0 0 9 9 9 9 1 0 0 9 9 9 9 0 1 0 9 9 9 9 3 0 1 2"), Mesh(3, 1, "")),
+        (
+            "a.off",
+            text("OFF 3 1 0 0 0 0 1 0 0 0 1 0 3 0 1 2 255 0 0"),
+            Refused("put each vertex and each face on a line of its own"),
+        ),
+        ("a.off", text("OFF 3 1 0 0 0 0 1 0 0 0 1 0"), Refused("3 vertices are announced, but there are 0")),
+        ("a.off", b"OFF BINARY\n\0\0\0\x03\0\0\0\x01\0\0\0\0".to_vec(), Refused("line 1: a binary OFF")),
+        ("a.off", text("nOFF 4\n3 1 0\n"), Refused("“nOFF” begins a mesh of any number of dimensions")),
+        ("a.off", text("4nOFF\n4\n3 1 0\n"), Refused("“4nOFF” begins a mesh of any number of dimensions")),
+        ("a.off", text("OOFF\n3 1 0\n"), Refused("“OOFF” begins no OFF mesh of three dimensions")),
         ("a.off", text("OFF\n0 0 0\n"), Refused("no points")),
         ("a.off", text("OFF\n"), Refused("counts of vertices and faces are missing")),
     ]);

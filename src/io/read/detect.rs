@@ -92,6 +92,7 @@ pub(super) fn format(bytes: &[u8], path: &Path) -> Result<Format, ReadError> {
     if pcd::is_pcd(&text) {
         return Ok(Format::Pcd);
     }
+    let is_named_off = Format::of_ending(&ending) == Some(Format::Off);
     let binary = text.contains('\0');
     if !binary {
         if let Some(known) = foreign_text(&text) {
@@ -100,14 +101,19 @@ pub(super) fn format(bytes: &[u8], path: &Path) -> Result<Format, ReadError> {
         if text.trim_start().starts_with('{') && text.contains("\"superform-primitives\"") {
             return Err(ReadError::Primitives { path: path.to_owned() });
         }
-        if let Some(format) = text_format(&text, tail) {
-            return Ok(format);
+        match text_format(&text, tail) {
+            // Counts are no points.
+            Some(Format::Xyz) if is_named_off && !off::is_points(&text) => return Ok(Format::Off),
+            Some(format) => return Ok(format),
+            None => {}
         }
     }
     // The content tells nothing: trust the name, and let the parser say what
     // it stumbles over. Of formats with a mark of their own, the mark is gone.
     match Format::of_ending(&ending) {
-        Some(format @ (Format::Ply | Format::Stl | Format::Pcd | Format::Las | Format::Npy)) => Ok(format),
+        Some(
+            format @ (Format::Ply | Format::Stl | Format::Off | Format::Pcd | Format::Las | Format::Npy),
+        ) => Ok(format),
         Some(Format::Npz) | None => Err(ReadError::Unknown { path: path.to_owned() }),
         Some(_) if binary => Err(ReadError::Unknown { path: path.to_owned() }),
         Some(format) => Ok(format),

@@ -9,6 +9,7 @@ mod obj;
 mod off;
 mod pcd;
 mod ply;
+mod polygon;
 pub(super) mod primitives;
 mod raw;
 mod results;

@@ -5,11 +5,10 @@
 //! continuation and no comment outside UTF-8, gives up at the first index
 //! that is out of range without naming its line, and drops vertices that no
 //! face uses, so that a file of points comes out empty. The text is therefore
-//! first put into plain `v` and `f` lines, which tobj parses and triangulates
-//! (polygons as fans). tobj hands vertices over in the order of their first use,
-//! so that each gets its number in the file in the place of its colour, by which
-//! they are put into the file's order. A file without faces is a cloud of its
-//! vertices.
+//! first put into plain `v` and `f` lines, which tobj parses. It hands vertices
+//! over in the order of their first use, so that each gets its number in the
+//! file in the place of its colour, by which they are put into the file's order.
+//! A file without faces is a cloud of its vertices.
 
 use std::borrow::Cow;
 use std::fmt::Write as _;
@@ -18,18 +17,31 @@ use nalgebra::Point3;
 
 use super::columns;
 use super::raw::Raw;
-use super::text::{lines, number, quoted};
+use super::text::{counted, lines, number, quoted};
 use crate::io::Attributes;
 use crate::io::error::Fault;
 
 const OPTIONS: tobj::LoadOptions =
-    tobj::LoadOptions { single_index: false, triangulate: true, ignore_points: true, ignore_lines: true };
+    tobj::LoadOptions { single_index: false, triangulate: false, ignore_points: true, ignore_lines: true };
+
+/// First words of the lines of numbers that are read here.
+const NUMBERS: [&str; 5] = ["v", "vn", "f", "fo", "l"];
 
 pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
     let mut plain = Plain::new(text)?;
-    let mut raw = Raw { faces_out_of_range: plain.faces_out_of_range, ..Raw::default() };
+    let mut raw = Raw { faces_out_of_range: plain.faces_out_of_range, lines: plain.lines, ..Raw::default() };
     raw.attributes = plain.attributes(&mut raw.notes);
     raw.points = std::mem::take(&mut plain.points);
+    let has_faces = plain.faces > 0 || plain.faces_out_of_range > 0;
+    if plain.free_forms > 0 && !has_faces {
+        // Their vertices are control points, which need not lie on the shape.
+        let problem =
+            "its curves and surfaces are free-form (curv, surf), which can't be read; export it as polygons";
+        return Err(Fault::whole(problem));
+    } else if plain.free_forms > 0 {
+        let forms = counted(plain.free_forms, "free-form curve or surface", "free-form curves and surfaces");
+        raw.notes.push(format!("left out {forms}: only polygons can be read"));
+    }
     if plain.faces == 0 {
         return Ok(raw);
     }
@@ -38,10 +50,17 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
         .map_err(|e| Fault::whole(format!("its faces can't be made out: {e}")))?;
     for tobj::Model { mesh, .. } in models {
         let in_file = |i: u32| mesh.vertex_color.get(3 * i as usize).map(|number| *number as u32);
-        raw.triangles.extend(mesh.indices.chunks_exact(3).filter_map(|t| {
-            let [a, b, c] = [t[0], t[1], t[2]].map(in_file);
-            Some([a?, b?, c?])
-        }));
+        let corners: Vec<u32> = mesh.indices.iter().filter_map(|&i| in_file(i)).collect();
+        // Without them all faces are triangles.
+        if mesh.face_arities.is_empty() {
+            corners.chunks(3).for_each(|face| raw.polygon(face));
+        }
+        let mut rest = &corners[..];
+        for &corners in &mesh.face_arities {
+            let (face, others) = rest.split_at(rest.len().min(corners as usize));
+            raw.polygon(face);
+            rest = others;
+        }
     }
     Ok(raw)
 }
@@ -52,6 +71,10 @@ struct Plain {
     source: String,
     faces: usize,
     faces_out_of_range: usize,
+    /// Lines, and faces of fewer than three corners.
+    lines: usize,
+    /// Curves and surfaces that have control points for vertices.
+    free_forms: usize,
     points: Vec<Point3<f64>>,
     /// The three numbers after the coordinates, of the vertices that have them.
     extras: Vec<[f32; 3]>,
@@ -77,6 +100,8 @@ impl Plain {
             source: String::with_capacity(text.len()),
             faces: 0,
             faces_out_of_range: 0,
+            lines: 0,
+            free_forms: 0,
             points: Vec::with_capacity(vertices),
             extras: Vec::new(),
             normals: Vec::new(),
@@ -85,7 +110,10 @@ impl Plain {
         let mut lines = lines(text);
         while let Some((line_number, line)) = lines.next() {
             let mut line = Cow::Borrowed(line);
-            while let Some(continued) = line.trim_end().strip_suffix('\\') {
+            // Names and comments may end with a backslash that means nothing.
+            let takes_numbers = line.split_whitespace().next().is_some_and(|word| NUMBERS.contains(&word));
+            while takes_numbers && !line.contains('#') {
+                let Some(continued) = line.trim_end().strip_suffix('\\') else { break };
                 let next = lines.next().map_or("", |(_, l)| l);
                 line = Cow::Owned(format!("{continued} {next}"));
             }
@@ -97,6 +125,8 @@ impl Plain {
                     this.normals.push([value(), value(), value()]);
                 }
                 Some("f" | "fo") => this.face(words, line_number, vertices)?,
+                Some("l") => this.lines += 1,
+                Some("curv" | "surf") => this.free_forms += 1,
                 _ => {}
             }
         }
@@ -150,6 +180,7 @@ impl Plain {
         } else {
             self.source.truncate(start);
             self.faces_out_of_range += usize::from(!in_range);
+            self.lines += usize::from(in_range && corners == 2);
         }
         Ok(())
     }

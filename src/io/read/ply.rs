@@ -15,6 +15,10 @@ use values::{AsciiValues, BinaryValues, Values};
 mod header;
 mod values;
 
+/// The spherical harmonic of degree 0, √(1/4π): colours of Gaussian splats are
+/// multiples of it, around a half.
+const HARMONIC: f64 = 0.282_094_791_773_878_14;
+
 pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
     match bytes {
         [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => parse_plain(text::decode(bytes).as_bytes()),
@@ -27,7 +31,11 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
 fn parse_plain(bytes: &[u8]) -> Result<Raw, Fault> {
     let header = Header::parse(bytes)?;
     match header.encoding {
-        Encoding::Ascii => body(&header, AsciiValues::new(&bytes[header.length..], header.lines)),
+        Encoding::Ascii => {
+            let on_lines = header.elements.iter().filter(|element| !element.properties.is_empty());
+            let elements = on_lines.fold(0, |all, element| element.count.saturating_add(all));
+            body(&header, AsciiValues::new(&bytes[header.length..], header.lines, elements))
+        }
         Encoding::Binary { big_endian } => body(&header, BinaryValues::new(bytes, header.length, big_endian)),
     }
 }
@@ -46,12 +54,19 @@ fn body(header: &Header, mut values: impl Values) -> Result<Raw, Fault> {
         }
         if element.is_vertex() && raw.points.is_empty() {
             read_vertices(element, &mut values, &mut raw)?;
-        } else if let Some(list) = element.face_list() {
+        } else if element.is_face() && element.count > 0 {
+            let list = element.face_list().ok_or_else(|| {
+                Fault::whole(
+                    "its faces lack the list vertex_indices of their corners; export the shape again",
+                )
+            })?;
             read_faces(element, list, &mut values, vertices, &mut raw)?;
         } else {
+            raw.lines += if element.is_edge() { element.count as usize } else { 0 };
             skip(element, &mut values)?;
         }
     }
+    raw.notes.extend(values.end());
     if raw.points.is_empty() {
         return Err(Fault::whole("it has no vertices; export the shape again"));
     }
@@ -61,7 +76,13 @@ fn body(header: &Header, mut values: impl Values) -> Result<Raw, Fault> {
 fn read_vertices(element: &Element, values: &mut impl Values, raw: &mut Raw) -> Result<(), Fault> {
     let names: Vec<&str> = element.properties.iter().map(|p| p.name.as_str()).collect();
     let Some(mut roles) = Roles::of(&names) else {
-        return Err(Fault::whole("its vertices lack the properties x, y and z; export the shape again"));
+        let problem = match names.contains(&"packed_position") {
+            true => {
+                "its Gaussian splats are packed (packed_position); save them as a PLY without compression"
+            }
+            false => "its vertices lack the properties x, y and z; export the shape again",
+        };
+        return Err(Fault::whole(problem));
     };
     let is_list = |&p: &usize| matches!(element.properties[p].kind, Kind::List { .. });
     if roles.position.iter().any(is_list) {
@@ -73,6 +94,11 @@ fn read_vertices(element: &Element, values: &mut impl Values, raw: &mut Raw) -> 
         Color::Channels(columns) => !columns.iter().any(is_list),
         Color::Packed(column) => matches!(element.properties[*column].kind, Kind::Scalar(s) if !s.is_float()),
     });
+    // Gaussian splats have no other colours.
+    let place = |name: &str| names.iter().position(|n| *n == name);
+    let harmonics = || Some([place("f_dc_0")?, place("f_dc_1")?, place("f_dc_2")?]);
+    let harmonics = harmonics().filter(|h| roles.color.is_none() && !h.iter().any(is_list));
+    roles.color = roles.color.or(harmonics.map(Color::Channels));
     let whole_colors = match roles.color {
         Some(Color::Channels(columns)) => columns
             .iter()
@@ -87,9 +113,17 @@ fn read_vertices(element: &Element, values: &mut impl Values, raw: &mut Raw) -> 
         for (slot, property) in row.iter_mut().zip(&element.properties) {
             *slot = values.property(property.kind, None)?;
         }
+        for column in harmonics.into_iter().flatten() {
+            row[column] = (0.5 + HARMONIC * row[column]).clamp(0.0, 1.0);
+        }
         gatherer.push(&row);
     }
     gatherer.finish(whole_colors, raw);
+    if place("rot_0").is_some() && place("scale_0").is_some() {
+        let colors = if harmonics.is_some() { " with their mean colours (f_dc)" } else { "" };
+        let left_out = "their sizes, rotations and opacities were left out";
+        raw.notes.push(format!("Gaussian splats: taken as points{colors}; {left_out}"));
+    }
     Ok(())
 }
 
@@ -101,7 +135,7 @@ fn read_faces(
     raw: &mut Raw,
 ) -> Result<(), Fault> {
     let strips = element.name.eq_ignore_ascii_case("tristrips");
-    let mut corners: Vec<f64> = Vec::new();
+    let (mut corners, mut face): (Vec<f64>, Vec<u32>) = Default::default();
     // NaN and fractions fail the comparison or the truncation test.
     let index = |v: f64| (v >= 0.0 && v < vertices as f64 && v.fract() == 0.0).then_some(v as u32);
     for _ in 0..element.count {
@@ -109,18 +143,21 @@ fn read_faces(
         for (i, property) in element.properties.iter().enumerate() {
             values.property(property.kind, (i == list).then_some(&mut corners))?;
         }
-        // A strip starts anew at each −1, and each vertex after the second
-        // closes a triangle; a polygon is a fan around its first vertex.
-        let mut add = |a: f64, b: f64, c: f64| match (index(a), index(b), index(c)) {
-            (Some(a), Some(b), Some(c)) => raw.triangles.push([a, b, c]),
-            _ => raw.faces_out_of_range += 1,
-        };
-        if strips {
-            for strip in corners.split(|&v| v == -1.0) {
-                strip.windows(3).for_each(|t| add(t[0], t[1], t[2]));
+        let mut add = |corners: &[f64]| {
+            face.clear();
+            face.extend(corners.iter().map_while(|&v| index(v)));
+            if face.len() == corners.len() {
+                raw.polygon(&face);
+            } else {
+                raw.faces_out_of_range += 1;
             }
-        } else if let [first, rest @ ..] = &corners[..] {
-            rest.windows(2).for_each(|t| add(*first, t[0], t[1]));
+        };
+        // A strip starts anew at each −1, and each vertex after the second
+        // closes a triangle.
+        if strips {
+            corners.split(|&v| v == -1.0).flat_map(|strip| strip.windows(3)).for_each(add);
+        } else {
+            add(&corners);
         }
     }
     Ok(())

@@ -1,13 +1,19 @@
 //! What a parser hands over, and the checks that all formats share.
 
+use std::ops::Range;
+
 use nalgebra::Point3;
 use rayon::prelude::*;
 
+use super::polygon;
 use super::text::counted;
 use crate::geometry::TriMesh;
 use crate::geometry::mesh::has_area;
 use crate::io::error::Fault;
 use crate::io::{Attributes, PointCloud, Shape, ShapeGeometry};
+
+/// The ends of fewer lines than this are no cloud of points on a surface.
+const SPARSE: usize = 1000;
 
 /// A shape as a parser found it, unchecked.
 #[derive(Debug, Default)]
@@ -16,25 +22,55 @@ pub(super) struct Raw {
     /// One entry a point.
     pub(super) attributes: Attributes,
     pub(super) triangles: Vec<[u32; 3]>,
+    /// Which of the triangles are a polygon of more than three corners, as a
+    /// fan around its first one; see [`polygon`].
+    pub(super) fans: Vec<Range<usize>>,
+    /// Lines between points: no surface can be made of them.
+    pub(super) lines: usize,
     /// Faces whose indices point nowhere, which the parser left out.
     pub(super) faces_out_of_range: usize,
     pub(super) notes: Vec<String>,
 }
 
 impl Raw {
+    /// Adds a polygon by the indices of its corners, which need not be there yet.
+    pub(super) fn polygon(&mut self, corners: &[u32]) {
+        let start = self.triangles.len();
+        if let [first, rest @ ..] = corners {
+            self.triangles.extend(rest.windows(2).map(|pair| [*first, pair[0], pair[1]]));
+        }
+        match corners.len() {
+            // A point, as which some programs write those of a cloud.
+            0 | 1 | 3 => {}
+            2 => self.lines += 1,
+            _ => self.fans.push(start..self.triangles.len()),
+        }
+    }
+
     /// Tells mesh from cloud, and leaves out what no surface can be made of,
     /// with a note.
     pub(super) fn checked(mut self, name: String) -> Result<Shape, Fault> {
         if self.points.is_empty() {
             return Err(Fault::whole("it has no points; export the shape again"));
         }
+        let lines = counted(self.lines, "line", "lines");
         if self.triangles.is_empty() && self.faces_out_of_range == 0 {
+            if self.lines > 0 && self.points.len() < SPARSE {
+                let problem = format!(
+                    "it has no faces, only {lines}, and so no surface; export the shape with its faces, or as a point cloud"
+                );
+                return Err(Fault::whole(problem));
+            } else if self.lines > 0 {
+                self.notes
+                    .push(format!("it has no faces, only {lines}: taken as a point cloud of its vertices"));
+            }
             return self.into_cloud(name);
         }
-        let mesh = TriMesh {
-            vertices: std::mem::take(&mut self.points),
-            faces: std::mem::take(&mut self.triangles),
-        };
+        if self.lines > 0 {
+            self.notes.push(format!("left out {lines} beside the surfaces"));
+        }
+        let faces = polygon::cut(std::mem::take(&mut self.triangles), &self.fans, &self.points);
+        let mesh = TriMesh { vertices: std::mem::take(&mut self.points), faces };
         #[derive(Clone, Copy, PartialEq)]
         enum Face {
             Sound,

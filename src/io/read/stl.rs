@@ -38,10 +38,18 @@ pub(super) fn is_ascii(text: &str) -> bool {
 }
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
-    // A text has no zeros; a binary STL has them in its count, at the latest.
-    let is_text = !is_binary(bytes) && !bytes.contains(&0);
+    // A text has no zeros, but for some that fill up its end; a binary STL has
+    // them in its count, at the latest.
+    let length = bytes.iter().rposition(|b| !matches!(b, 0 | 0x1a)).map_or(0, |last| last + 1);
+    let is_text = !is_binary(bytes) && !bytes[..length].contains(&0);
     let is_utf16 = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
-    let raw = if is_text || is_utf16 { ascii(&decode(bytes)) } else { binary(bytes) }?;
+    let raw = if is_utf16 {
+        ascii(&decode(bytes))
+    } else if is_text {
+        ascii(&decode(&bytes[..length]))
+    } else {
+        binary(bytes)
+    }?;
     if raw.triangles.is_empty() {
         return Err(Fault::whole("it has no triangles; export the shape again"));
     }
@@ -54,6 +62,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
 struct Soup {
     raw: Raw,
     index_of: HashMap<[u64; 3], u32, BuildHasherDefault<PlaceHasher>>,
+    /// Corners of the facet that was added last.
+    facet: Vec<u32>,
 }
 
 /// A quick hash of coordinates: each is mixed in by a multiplication to twice
@@ -82,18 +92,19 @@ impl Hasher for PlaceHasher {
 }
 
 impl Soup {
-    fn add(&mut self, corners: [[f64; 3]; 3]) -> Result<(), Fault> {
-        // Adding zero makes both zeros one place.
-        let mut triangle = [0; 3];
-        for (index, corner) in triangle.iter_mut().zip(corners) {
+    fn add(&mut self, corners: &[[f64; 3]]) -> Result<(), Fault> {
+        self.facet.clear();
+        for corner in corners {
+            // Adding zero makes both zeros one place.
             let next = u32::try_from(self.raw.points.len())
                 .map_err(|_| Fault::whole("it has more vertices than can be counted; thin the mesh out"))?;
-            *index = *self.index_of.entry(corner.map(|c| (c + 0.0).to_bits())).or_insert(next);
-            if *index == next {
-                self.raw.points.push(Point3::from(corner));
+            let index = *self.index_of.entry(corner.map(|c| (c + 0.0).to_bits())).or_insert(next);
+            if index == next {
+                self.raw.points.push(Point3::from(*corner));
             }
+            self.facet.push(index);
         }
-        self.raw.triangles.push(triangle);
+        self.raw.polygon(&self.facet);
         Ok(())
     }
 }
@@ -123,7 +134,7 @@ fn binary(bytes: &[u8]) -> Result<Raw, Fault> {
                 triangle[at + 3],
             ]))
         };
-        soup.add([0, 1, 2].map(|corner| [0, 1, 2].map(|axis| value(12 + 12 * corner + 4 * axis))))?;
+        soup.add(&[0, 1, 2].map(|corner| [0, 1, 2].map(|axis| value(12 + 12 * corner + 4 * axis))))?;
     }
     if is_open {
         soup.raw
@@ -148,14 +159,15 @@ fn ascii(text: &str) -> Result<Raw, Fault> {
     let mut missing: Vec<f64> = Vec::new();
     let mut wanted = Wanted::Keyword;
     for (line_number, line) in lines(text) {
-        for word in line.split_whitespace() {
+        // A name may be any text, or none, but is not longer than its line.
+        if wanted == Wanted::Name {
+            wanted = Wanted::Keyword;
+        }
+        let mut words = line.split_whitespace();
+        while let Some(word) = words.next() {
             last = line_number;
+            let lower = word.to_ascii_lowercase();
             match wanted {
-                Wanted::Keyword => {}
-                Wanted::Normal(left) => {
-                    wanted = if left > 1 { Wanted::Normal(left - 1) } else { Wanted::Keyword };
-                    continue;
-                }
                 Wanted::Corner => {
                     missing.push(number(word).ok_or_else(|| {
                         Fault::at_line(line_number, format!("{} is not a number", quoted(word)))
@@ -167,22 +179,34 @@ fn ascii(text: &str) -> Result<Raw, Fault> {
                     }
                     continue;
                 }
+                Wanted::Normal if !["outer", "loop", "vertex", "endfacet"].contains(&lower.as_str()) => {
+                    continue;
+                }
+                Wanted::Name => {
+                    let next = words.clone().next();
+                    if lower != "facet" || !next.is_some_and(|next| next.eq_ignore_ascii_case("normal")) {
+                        continue;
+                    }
+                }
+                Wanted::Normal | Wanted::End | Wanted::Keyword => {}
             }
-            match word.to_ascii_lowercase().as_str() {
-                // A name may be any text, or none.
-                "solid" => {
-                    (has_begun, is_open) = (true, true);
-                    break;
-                }
-                "endsolid" => {
-                    is_open = false;
-                    break;
-                }
-                "normal" if has_begun => wanted = Wanted::Normal(3),
+            let is_end = wanted == Wanted::End;
+            wanted = Wanted::Keyword;
+            match lower.as_str() {
+                "endsolid" => (is_open, wanted) = (false, Wanted::Name),
+                "solid" if is_end => (is_open, wanted) = (false, Wanted::Name),
+                "solid" => (has_begun, is_open, wanted) = (true, true, Wanted::Name),
+                "loop" | "facet" if is_end => facet(&mut soup, &mut corners, line_number)?,
+                "facet" => (has_begun, wanted) = (true, Wanted::Normal),
                 "vertex" if has_begun => wanted = Wanted::Corner,
-                "facet" | "outer" | "loop" if has_begun => {}
+                "outer" | "loop" if has_begun => {}
                 "endloop" | "endfacet" if has_begun => facet(&mut soup, &mut corners, line_number)?,
-                "color" | "#" if has_begun => break,
+                // In two words.
+                "end" if has_begun => wanted = Wanted::End,
+                "color" if has_begun => break,
+                _ if word.starts_with(['#', ';']) || word.starts_with("//") => break,
+                // Between one solid and the next.
+                _ if has_begun && !is_open && corners.is_empty() => break,
                 _ => {
                     let problem = format!("{} has no place in an STL mesh", quoted(word));
                     return Err(Fault::at_line(line_number, problem));
@@ -190,7 +214,7 @@ fn ascii(text: &str) -> Result<Raw, Fault> {
             }
         }
     }
-    if !corners.is_empty() || wanted != Wanted::Keyword {
+    if !corners.is_empty() || !matches!(wanted, Wanted::Keyword | Wanted::Name) {
         return Err(Fault::at_line(last, "a facet is not finished; the file may have been cut short"));
     }
     if is_open {
@@ -203,23 +227,23 @@ fn ascii(text: &str) -> Result<Raw, Fault> {
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Wanted {
     Keyword,
-    /// Any word: so many of a normal are left.
-    Normal(u8),
+    /// Any words to the end of the line, or to the first facet.
+    Name,
+    /// Any words, up to where the corners begin.
+    Normal,
     /// A coordinate of a corner.
     Corner,
+    /// What is ended.
+    End,
 }
 
-/// Closes a facet: a polygon is a fan around its first corner.
+/// Closes a facet, which may have more corners than three.
 fn facet(soup: &mut Soup, corners: &mut Vec<[f64; 3]>, line: usize) -> Result<(), Fault> {
-    match corners[..] {
+    match corners.len() {
         // `endfacet` after `endloop`.
-        [] => {}
-        [_] | [_, _] => return Err(Fault::at_line(line, "a facet needs three corners")),
-        [first, ref rest @ ..] => {
-            for pair in rest.windows(2) {
-                soup.add([first, pair[0], pair[1]])?;
-            }
-        }
+        0 => {}
+        1 | 2 => return Err(Fault::at_line(line, "a facet needs three corners")),
+        _ => soup.add(corners)?,
     }
     corners.clear();
     Ok(())

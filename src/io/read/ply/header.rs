@@ -54,18 +54,23 @@ impl Element {
         ["vertex", "vertices", "point"].iter().any(|n| self.name.eq_ignore_ascii_case(n))
     }
 
-    /// The property that lists the vertices of a face (or strip), if this
-    /// element has one.
+    /// Faces, or strips of them.
+    pub(super) fn is_face(&self) -> bool {
+        ["face", "faces", "tristrips"].iter().any(|n| self.name.eq_ignore_ascii_case(n))
+    }
+
+    pub(super) fn is_edge(&self) -> bool {
+        ["edge", "edges"].iter().any(|n| self.name.eq_ignore_ascii_case(n))
+    }
+
+    /// The property that lists the vertices of a face: by its name, or else the
+    /// first list of whole numbers.
     pub(super) fn face_list(&self) -> Option<usize> {
-        if !["face", "faces", "tristrips"].iter().any(|n| self.name.eq_ignore_ascii_case(n)) {
-            return None;
-        }
         let is_list = |p: &Property| matches!(p.kind, Kind::List { .. });
         let named = |p: &Property| ["vertex_indices", "vertex_index"].contains(&p.name.as_str());
-        self.properties
-            .iter()
-            .position(|p| is_list(p) && named(p))
-            .or_else(|| self.properties.iter().position(is_list))
+        let is_whole = |p: &Property| matches!(p.kind, Kind::List { item, .. } if !item.is_float());
+        let place = |wanted: &dyn Fn(&Property) -> bool| self.properties.iter().position(wanted);
+        place(&|p| is_list(p) && named(p)).or_else(|| place(&is_whole))
     }
 }
 
@@ -155,13 +160,7 @@ impl Header {
 /// programs write them so.
 fn property(words: &[&str]) -> Option<Property> {
     let (kind, name) = match words {
-        ["list", count, item, name @ ..] => {
-            let count = scalar(count)?;
-            if count.is_float() {
-                return None;
-            }
-            (Kind::List { count, item: scalar(item)? }, name)
-        }
+        ["list", count, item, name @ ..] => (Kind::List { count: scalar(count)?, item: scalar(item)? }, name),
         [kind, name @ ..] => (Kind::Scalar(scalar(kind)?), name),
         [] => return None,
     };

@@ -1,9 +1,11 @@
 //! The numbers of a PLY file's body, one after another.
 
+use std::borrow::Cow;
+
 use super::header::{Element, Kind};
 use crate::io::error::Fault;
 use crate::io::read::scalar::Scalar;
-use crate::io::read::text::{number, quoted};
+use crate::io::read::text::{counted, number, quoted};
 
 /// A body that is read from front to back.
 pub(super) trait Values {
@@ -20,24 +22,75 @@ pub(super) trait Values {
 
     /// A fault at the present place.
     fn fault(&self, problem: String) -> Fault;
+
+    /// Ends the last element: what was left out so far.
+    fn end(&mut self) -> Option<String>;
 }
 
-/// One element a line, values parted by blanks.
+/// The length of a list, which may be a number of any type.
+fn length(count: f64) -> Result<u64, String> {
+    if count >= 0.0 && count.fract() == 0.0 {
+        Ok(count as u64)
+    } else {
+        Err(format!("{count} is not the length of a list, which is a whole number"))
+    }
+}
+
+/// Values parted by blanks, each element on a line of its own. Where there are
+/// fewer lines than elements, they follow one another, whatever the lines.
 #[derive(Debug)]
 pub(super) struct AsciiValues<'a> {
     rest: &'a [u8],
     line_number: usize,
-    line: std::borrow::Cow<'a, str>,
+    line: Cow<'a, str>,
     /// Where in `line` the next value is looked for.
     at: usize,
+    ignores_lines: bool,
+    /// Lines that hold more than their element, and the first of them.
+    surplus: (usize, usize),
 }
 
 impl<'a> AsciiValues<'a> {
-    pub(super) fn new(rest: &'a [u8], header_lines: usize) -> Self {
-        Self { rest, line_number: header_lines, line: "".into(), at: 0 }
+    /// For so many elements.
+    pub(super) fn new(rest: &'a [u8], header_lines: usize, elements: u64) -> Self {
+        let lines = rest.split(|b| matches!(b, b'\n' | b'\r')).filter(|line| !line.trim_ascii().is_empty());
+        let ignores_lines = (lines.count() as u64) < elements;
+        Self { rest, line_number: header_lines, line: "".into(), at: 0, ignores_lines, surplus: (0, 0) }
+    }
+
+    fn is_line_done(&self) -> bool {
+        self.line[self.at..].trim_start().is_empty()
+    }
+
+    /// Goes to the next line with something on it; `false` where there is none.
+    fn next_line(&mut self) -> bool {
+        while !self.rest.is_empty() {
+            let end = self.rest.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(self.rest.len());
+            self.line = String::from_utf8_lossy(&self.rest[..end]);
+            self.at = 0;
+            let after = &self.rest[end..];
+            self.rest = after.strip_prefix(b"\r\n").unwrap_or(after.get(1..).unwrap_or_default());
+            self.line_number += 1;
+            if !self.is_line_done() {
+                return true;
+            }
+        }
+        false
+    }
+
+    /// Counts the line among those with a surplus, if something is left on it.
+    fn finish_line(&mut self) {
+        if !self.is_line_done() {
+            let (lines, first) = self.surplus;
+            self.surplus = (lines + 1, if lines == 0 { self.line_number } else { first });
+            self.at = self.line.len();
+        }
     }
 
     fn token(&mut self) -> Option<&str> {
+        if self.ignores_lines && self.is_line_done() {
+            self.next_line();
+        }
         let rest = &self.line[self.at..];
         let rest = rest.trim_start();
         let start = self.line.len() - rest.len();
@@ -47,11 +100,16 @@ impl<'a> AsciiValues<'a> {
     }
 
     fn value(&mut self) -> Result<f64, Fault> {
-        let line = self.line_number;
-        let token = self
-            .token()
-            .ok_or_else(|| Fault::at_line(line, "the line holds fewer values than the header announces"))?;
-        number(token).ok_or_else(|| Fault::at_line(line, format!("{} is not a number", quoted(token))))
+        let ignores_lines = self.ignores_lines;
+        let Some(token) = self.token() else {
+            let problem = match ignores_lines {
+                true => "the file ends in the middle of its data; it may have been cut short",
+                false => "the line holds fewer values than the header announces",
+            };
+            return Err(self.fault(problem.to_owned()));
+        };
+        let value = number(token).ok_or_else(|| format!("{} is not a number", quoted(token)));
+        value.map_err(|problem| self.fault(problem))
     }
 }
 
@@ -59,30 +117,22 @@ impl Values for AsciiValues<'_> {
     fn most(&self, element: &Element) -> Option<u64> {
         // A digit and what parts it from the next.
         let size = 2 * element.properties.len() as u64;
-        (size > 0).then(|| (self.rest.len() as u64 + 1) / size)
+        let left = self.line.len() - self.at + self.rest.len();
+        (size > 0).then(|| (left as u64 + 1) / size)
     }
 
     fn start(&mut self, element: &Element) -> Result<(), Fault> {
-        if !self.line[self.at..].trim().is_empty() {
-            return Err(self.fault("the line holds more values than the header announces".to_owned()));
+        if self.ignores_lines && !self.is_line_done() {
+            return Ok(());
         }
-        loop {
-            if self.rest.is_empty() {
-                return Err(self.fault(format!(
-                    "the file ends before the last of {} elements “{}”; it may have been cut short",
-                    element.count, element.name
-                )));
-            }
-            let end = self.rest.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(self.rest.len());
-            self.line = String::from_utf8_lossy(&self.rest[..end]);
-            self.at = 0;
-            let after = &self.rest[end..];
-            self.rest = after.strip_prefix(b"\r\n").unwrap_or(after.get(1..).unwrap_or_default());
-            self.line_number += 1;
-            if !self.line.trim().is_empty() {
-                return Ok(());
-            }
+        self.finish_line();
+        if self.next_line() {
+            return Ok(());
         }
+        Err(self.fault(format!(
+            "the file ends before the last of {} elements “{}”; it may have been cut short",
+            element.count, element.name
+        )))
     }
 
     fn property(&mut self, kind: Kind, list: Option<&mut Vec<f64>>) -> Result<f64, Fault> {
@@ -90,19 +140,25 @@ impl Values for AsciiValues<'_> {
             Kind::Scalar(_) => self.value(),
             Kind::List { .. } => {
                 let count = self.value()?;
-                if !(count >= 0.0 && count.fract() == 0.0) {
-                    return Err(self.fault(format!("{count} is not the length of a list")));
-                }
+                let length = length(count).map_err(|problem| self.fault(problem))?;
                 let mut unused = Vec::new();
                 let list = list.unwrap_or(&mut unused);
                 list.clear();
                 // A line that is too short ends this, whatever the count.
-                for _ in 0..count as u64 {
+                for _ in 0..length {
                     list.push(self.value()?);
                 }
                 Ok(count)
             }
         }
+    }
+
+    fn end(&mut self) -> Option<String> {
+        self.finish_line();
+        let (lines, first) = self.surplus;
+        let holds = counted(lines, "line holds", "lines hold");
+        let note = format!("{holds} more values than the header announces, from line {first} on: left out");
+        (lines > 0).then_some(note)
     }
 
     fn fault(&self, problem: String) -> Fault {
@@ -158,24 +214,26 @@ impl Values for BinaryValues<'_> {
         Ok(())
     }
 
+    fn end(&mut self) -> Option<String> {
+        None
+    }
+
     fn property(&mut self, kind: Kind, list: Option<&mut Vec<f64>>) -> Result<f64, Fault> {
         match kind {
             Kind::Scalar(scalar) => self.scalar(scalar),
             Kind::List { count, item } => {
                 let at = self.at;
                 let count = self.scalar(count)?;
-                if count < 0.0 {
-                    return Err(Fault::at_byte(at, format!("{count} is not the length of a list")));
-                }
+                let length = length(count).map_err(|problem| Fault::at_byte(at, problem))?;
                 match list {
                     Some(list) => {
                         list.clear();
-                        for _ in 0..count as u64 {
+                        for _ in 0..length {
                             list.push(self.scalar(item)?);
                         }
                     }
                     None => {
-                        self.take((count as usize).saturating_mul(item.size()))?;
+                        self.take((length as usize).saturating_mul(item.size()))?;
                     }
                 }
                 Ok(count)
