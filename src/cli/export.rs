@@ -15,8 +15,8 @@ use crate::geometry::palette::Colors;
 use crate::geometry::{SampleCloud, SamplingOptions};
 use crate::inference::{Abstraction, Figures, Params, Phase, UNASSIGNED};
 use crate::io::{
-    self, ExportOptions, Format, FoundAs, Inputs, Kind, Outcome, PrimitiveSet, SEGMENTED_FILE, Shape, ShapeGeometry,
-    StoredPrimitives,
+    self, ExportOptions, Format, FoundAs, Inputs, Kind, Outcome, PrimitiveSet, SEGMENTED_FILE, Shape,
+    ShapeGeometry, StoredPrimitives,
 };
 
 #[derive(Debug, Args)]
@@ -256,7 +256,9 @@ impl WriteJob {
 
     /// Whether none of the files to be written is one that is read.
     fn check(&self, inputs: &Inputs) -> Result<(), io::WriteError> {
-        self.targets.iter().try_for_each(|(path, format)| inputs.check(io::outputs(path, *format, &self.options)))
+        self.targets
+            .iter()
+            .try_for_each(|(path, format)| inputs.check(io::outputs(path, *format, &self.options)))
     }
 
     /// The result with its points, where something is to be written of them

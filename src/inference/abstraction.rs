@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::InferenceError;
 use crate::geometry::Superquadric;
 use crate::geometry::brief::Brief;
 
@@ -71,6 +72,19 @@ impl fmt::Debug for Abstraction {
             .field("primitives", &Brief::of_told(&self.primitives))
             .field("figures", &self.figures)
             .finish()
+    }
+}
+
+impl Abstraction {
+    /// Refuses the end of a run that found nothing.
+    ///
+    /// # Errors
+    /// [`InferenceError::NoPrimitives`].
+    pub fn check(&self) -> Result<(), InferenceError> {
+        if self.primitives.is_empty() {
+            return Err(InferenceError::NoPrimitives { points: self.labels.len() });
+        }
+        Ok(())
     }
 }
 

@@ -5,6 +5,7 @@ use std::io::ErrorKind;
 use std::path::PathBuf;
 
 use super::Format;
+use super::wording::{on_reading, on_writing};
 
 /// The formats that can be read, for messages.
 pub(super) const FORMATS: &str =
@@ -31,7 +32,7 @@ impl fmt::Display for Place {
 /// Why a shape can't be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    #[error("can't open {path}: {reason}; check the name and that you may read it", path = path.display())]
+    #[error("can't open {path}: {}", on_reading(reason), path = path.display())]
     Open { path: PathBuf, reason: std::io::Error },
     #[error("{path} is not a file; give the name of a mesh or a point cloud", path = path.display())]
     NotAFile { path: PathBuf },
@@ -88,7 +89,7 @@ impl Fault {
 /// stood at the place is as it was.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    #[error("can't write {path}: {reason}; {advice}", path = path.display(), advice = advice(reason))]
+    #[error("can't write {path}: {}", on_writing(reason), path = path.display())]
     Io { path: PathBuf, reason: std::io::Error },
     #[error("can't write {path}: there is no folder {folder}; make it, or choose another", path = path.display(), folder = folder.display())]
     NoFolder { path: PathBuf, folder: PathBuf },
@@ -111,15 +112,5 @@ impl WriteError {
     /// Whether nobody reads any more what was to be written.
     pub fn is_closed_pipe(&self) -> bool {
         matches!(self, Self::Io { reason, .. } if reason.kind() == ErrorKind::BrokenPipe)
-    }
-}
-
-/// What to do about it.
-fn advice(reason: &std::io::Error) -> &'static str {
-    match reason.kind() {
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded | ErrorKind::FileTooLarge => {
-            "make room, or choose another folder"
-        }
-        _ => "choose another name or folder",
     }
 }

@@ -5,6 +5,7 @@ mod error;
 mod inputs;
 mod paths;
 mod read;
+mod wording;
 mod write;
 
 use std::fmt;
@@ -27,6 +28,7 @@ pub use read::{
     FoundAs, LabelledPoints, OpenedResult, SESSION_ENDING, SHAPE_ENDINGS, buffers_beside, built_in,
     has_session_ending, has_shape_ending, holds_primitives, open_result, read, read_bytes,
 };
+pub use wording::{cause, harmless, on_reading, on_writing};
 pub use write::{
     AnimationFormat, AnimationWriter, Choice, ExportOptions, Exported, Format, Kind, LARGEST_GIF, Outcome,
     PRIMITIVES_FILE, PhaseTimes, PrimitiveSet, REPORT_FILE, RunRecord, SEGMENTED_FILE, estimated_size,

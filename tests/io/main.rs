@@ -8,7 +8,9 @@ mod formats;
 #[path = "../common/needs.rs"]
 mod needs;
 
+mod arrays;
 mod clouds;
+mod gltf;
 mod hard_files;
 mod meshes;
 mod mutated;

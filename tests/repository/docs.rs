@@ -48,7 +48,8 @@ fn options() -> BTreeMap<String, BTreeMap<String, Option<String>>> {
     let of = |command: &clap::Command| {
         let default = |argument: &clap::Arg| {
             let told = argument.get_help().map(ToString::to_string).unwrap_or_default();
-            let told = told.split_once("[default: ").map(|(_, rest)| rest.split([']', ';', ',']).next().unwrap());
+            let told =
+                told.split_once("[default: ").map(|(_, rest)| rest.split([']', ';', ',']).next().unwrap());
             let known = argument.get_default_values().first().map(|value| value.to_str().unwrap().to_owned());
             known.or(told.map(str::to_owned))
         };
@@ -76,7 +77,8 @@ fn every_option_that_is_named_is_one() {
     let mut checked = 0;
     for (name, text) in pages() {
         for code in code(&text).into_iter().filter(|code| !others.iter().any(|other| code.contains(other))) {
-            for word in code.split([' ', '[', ']', '=', '\'', '"', '(', ')']).filter(|w| w.starts_with("--")) {
+            for word in code.split([' ', '[', ']', '=', '\'', '"', '(', ')']).filter(|w| w.starts_with("--"))
+            {
                 let bare = word.trim_end_matches(['.', ',', ';', ':']);
                 if bare.len() > 2 && !["--help", "--version"].contains(&bare) {
                     assert!(known.contains(bare), "{name} names {bare}, which no command has: {code}");
@@ -123,7 +125,9 @@ fn defaults_in_the_readme_are_the_programs() {
             let default = all[command].get(name).unwrap_or_else(|| panic!("{command} has no {name}"));
             let told = cells.get(1).map(|cell| cell.split([';', ',']).next().unwrap().replace('`', ""));
             // A default of many words is told in other words than in the help.
-            let (Some(default), Some(told)) = (default, told.filter(|told| !told.contains(' '))) else { continue };
+            let (Some(default), Some(told)) = (default, told.filter(|told| !told.contains(' '))) else {
+                continue;
+            };
             if !told.is_empty() && !default.contains(' ') {
                 let same = told == *default || told.parse::<f64>().ok() == default.parse::<f64>().ok();
                 assert!(same, "README: {name} of {command} is {told} by default; the program has {default}");
@@ -211,7 +215,8 @@ fn targets(page: &str) -> impl Iterator<Item = &str> {
 fn links_and_pictures_are_there() {
     for (name, text) in pages() {
         let folder = root().join(Path::new(&name).parent().unwrap());
-        for target in targets(&text).filter(|target| !target.starts_with("http") && !target.starts_with('#')) {
+        for target in targets(&text).filter(|target| !target.starts_with("http") && !target.starts_with('#'))
+        {
             let file = target.split('#').next().unwrap();
             assert!(folder.join(file).exists(), "{name} points to {target}, which is not there");
         }

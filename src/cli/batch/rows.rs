@@ -4,7 +4,6 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self as stdio, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use serde::{Deserialize, Serialize};
 
 use super::Job;
@@ -177,7 +176,7 @@ impl Tables {
     /// Makes the tables with the rows that are there already.
     pub(super) fn start(place: Place, rows: &[Row]) -> anyhow::Result<Self> {
         place.write(rows)?;
-        let open = |path: &Path| OpenOptions::new().append(true).open(path).with_context(|| about(path));
+        let open = |path: &Path| OpenOptions::new().append(true).open(path).map_err(failed(path));
         let files = [open(&place.csv)?, open(&place.json_lines)?];
         Ok(Self { place, files })
     }
@@ -188,7 +187,7 @@ impl Tables {
         for ((file, line), path) in
             self.files.iter_mut().zip(lines).zip([&self.place.csv, &self.place.json_lines])
         {
-            file.write_all(&line).with_context(|| about(path))?;
+            file.write_all(&line).map_err(failed(path))?;
         }
         Ok(())
     }
@@ -206,8 +205,8 @@ pub(super) fn paths(folder: &Path, table: &str) -> [PathBuf; 2] {
     ["csv", "jsonl"].map(|ending| folder.join(format!("{table}.{ending}")))
 }
 
-fn about(path: &Path) -> String {
-    format!("can't keep the results in {}; make room", path.display())
+fn failed(path: &Path) -> impl FnOnce(stdio::Error) -> io::WriteError {
+    |reason| io::WriteError::Io { path: path.to_owned(), reason }
 }
 
 fn csv_lines(rows: &[Row], header: bool) -> anyhow::Result<Vec<u8>> {

@@ -266,7 +266,8 @@ impl Input {
             return Ok(if self.has_counts_of(&shape) { Ok(shape) } else { Err(why.to_owned()) });
         }
         let folder = beside.parent().unwrap_or(Path::new(""));
-        let written = [&self.relative_path, &self.path].into_iter().flatten().map(|stored| stored.0.as_path());
+        let written =
+            [&self.relative_path, &self.path].into_iter().flatten().map(|stored| stored.0.as_path());
         // A path of the first versions may be one from where they were started.
         let mut places: Vec<PathBuf> =
             written.map(|path| way(folder, path)).chain(self.path.clone().map(|stored| stored.0)).collect();
