@@ -31,7 +31,7 @@ pub(super) struct ExportArgs {
     /// Format of the files, by its name in --list, whatever they are called
     #[arg(long, value_name = "NAME")]
     format: Option<String>,
-    /// The shape that was abstracted: segmented meshes need it
+    /// The shape that was abstracted, where the report of the run doesn't lead to it
     #[arg(long, value_name = "FILE")]
     shape: Option<PathBuf>,
     /// Which shape of an NPZ with several, from 0
