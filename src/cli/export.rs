@@ -1,7 +1,7 @@
 //! `superform export`: a result in other formats.
 
 use std::fmt::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::bail;

@@ -71,7 +71,7 @@ impl fmt::Debug for Edit {
             Self::NewCluster { samples } => write!(f, "NewCluster({:?})", Brief::of(samples)),
             Self::Together { samples } => write!(f, "Together({:?})", Brief::of(samples)),
             Self::Release { samples } => write!(f, "Release({:?})", Brief::of(samples)),
-            Self::Take { primitives } => write!(f, "Take({:?})", Brief::of_told(primitives)),
+            Self::Take { primitives, .. } => write!(f, "Take({:?})", Brief::of_told(primitives)),
         }
     }
 }

@@ -6,15 +6,14 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::buffers::percent_bytes;
-use crate::io::paths::path_of;
+use super::buffers::names_of;
 
 /// Largest text whose buffers are looked for.
 const LARGEST: u64 = 256 << 20;
 /// How much of a file must be blank to be no text of a scene.
 const HEAD: u64 = 4 << 10;
 
-/// The files beside a glTF or GLB file that it keeps its buffers in; none of
+/// The files beside a glTF or GLB file that it may keep its buffers in; none of
 /// any other file, or of one that can't be read.
 pub fn buffers_beside(path: &Path) -> Vec<PathBuf> {
     let scene: Value = text(path).and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default();
@@ -23,7 +22,8 @@ pub fn buffers_beside(path: &Path) -> Vec<PathBuf> {
     buffers
         .filter_map(|buffer| buffer["uri"].as_str())
         .filter(|uri| !uri.starts_with("data:"))
-        .map(|uri| folder.join(path_of(percent_bytes(uri))))
+        .flat_map(names_of)
+        .map(|name| folder.join(name))
         .collect()
 }
 

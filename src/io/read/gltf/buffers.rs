@@ -2,7 +2,7 @@
 //! base64, or in a file beside it.
 
 use std::borrow::Cow;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use super::schema::Buffer;
 use crate::io::error::Fault;
@@ -85,8 +85,8 @@ pub(super) fn load<'a>(
         let problem = || Fault::whole(format!("buffer {index} is no base64 data; export the shape again"));
         return decoded.map(Cow::Owned).ok_or_else(problem);
     }
-    let name = path_of(percent_bytes(uri));
-    if uri.contains("://") || name.is_absolute() {
+    let names = names_of(uri);
+    if uri.contains("://") || names[0].is_absolute() {
         let problem =
             format!("its buffer {} lies elsewhere; save it beside the file or embed it", quoted(uri));
         return Err(Fault::whole(problem));
@@ -95,11 +95,17 @@ pub(super) fn load<'a>(
         let problem = format!("its buffer {} is a file of its own; embed it", quoted(uri));
         return Err(Fault::whole(problem));
     };
-    // Some write the name as it is, or with the strokes of Windows.
-    let names = [name.clone(), uri.clone(), name.replace('\\', "/")];
-    let name = names.iter().find(|name| folder.join(name).is_file()).unwrap_or(&name);
+    let name = names.iter().find(|name| folder.join(name).is_file()).unwrap_or(&names[0]);
     let problem = |e| Fault::whole(format!("it needs a second file, its buffer: {e}"));
     content(&folder.join(name)).map(Cow::Owned).map_err(problem)
+}
+
+/// The names that a URI may mean: some write a name as it is, or with the
+/// strokes of Windows.
+pub(super) fn names_of(uri: &str) -> [PathBuf; 3] {
+    let name = percent_bytes(uri);
+    let slashed = name.iter().map(|&byte| if byte == b'\\' { b'/' } else { byte }).collect();
+    [path_of(name), PathBuf::from(uri), path_of(slashed)]
 }
 
 /// Bytes from base64, with or without its padding; `None` where it isn't that.
