@@ -70,7 +70,8 @@ fn faces_seen(eye: Vec3, center: Vec3, half: Vec3) -> Vec<[Vec3; 4]> {
         let [n, u, v] = [axes[k], axes[(k + 1) % 3], axes[(k + 2) % 3]];
         [center + n * half * sign, n * sign, u * half, v * half]
     });
-    faces.filter(|[c, n, ..]| (eye - c).normalize().dot(*n) > 0.1 && eye.normalize().dot(*n) > 0.1).collect()
+    let seen = |from: Vec3, n: Vec3| from.normalize().dot(n) > 0.28;
+    faces.filter(|[c, n, ..]| seen(eye - c, *n) && seen(eye, *n)).collect()
 }
 
 /// The pixels in the middle of a face, row by row of the face.
