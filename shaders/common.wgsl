@@ -59,10 +59,17 @@ fn units_per_pixel(depth: f32) -> f32 {
     return select(scale * depth, scale, frame.eye.w > 0.5);
 }
 
-// Surfaces of different layers that lie in one another are as far apart as
-// this, in scene units, so that one covers the other as a whole: fits are never
-// exact, and without it they would show in patches.
+// Surfaces of different layers that lie in one another are drawn as if they were
+// as far apart as this, in scene units, so that one covers the other as a whole:
+// fits are never exact, and without it they would show in patches.
 const FILM: f32 = 0.006;
+
+// As far nearer as a surface with that normal has to be drawn, to lie so far over
+// where it is.
+fn lift_over(height: f32, normal: vec3<f32>, view: vec3<f32>) -> f32 {
+    let facing = abs(dot(normal, view_direction(view))) / max(length(normal), 1e-6);
+    return height / max(facing, 0.1);
+}
 
 // The place, in view space, that looks the same from the camera but is nearer
 // by so many scene units.

@@ -6,12 +6,13 @@ struct Varyings {
     @location(1) normal: vec3<f32>,
 }
 
-fn lifted(position: vec3<f32>, normal: vec3<f32>, lift: f32) -> Varyings {
+fn lifted(position: vec3<f32>, normal: vec3<f32>, height: f32) -> Varyings {
     var out: Varyings;
     let view = (frame.view_from_world * vec4<f32>(position, 1.0)).xyz;
-    out.position = frame.clip_from_view * vec4<f32>(nearer(view, lift), 1.0);
     out.view = view;
     out.normal = (frame.view_from_world * vec4<f32>(normal, 0.0)).xyz;
+    let lift = lift_over(height, out.normal, view);
+    out.position = frame.clip_from_view * vec4<f32>(nearer(view, lift), 1.0);
     return out;
 }
 

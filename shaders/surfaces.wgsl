@@ -18,18 +18,17 @@ fn vs_main(
     @location(2) color: vec4<f32>,
     @location(3) look: vec4<f32>,
     @location(4) paint: vec4<f32>,
-    // of two primitives that share a face, the one of higher rank covers it;
+    // of two primitives that share a face, the one of higher level covers it;
     // below 0 for what lies on all of them
-    @location(5) rank: f32,
+    @location(5) level: f32,
 ) -> Varyings {
     var out: Varyings;
     let view = (frame.view_from_world * vec4<f32>(position, 1.0)).xyz;
     out.normal = (frame.view_from_world * vec4<f32>(normal, 0.0)).xyz;
-    // What rounding can do to the depth of a face grows with its slope.
-    let length = max(length(out.normal), 1e-6);
-    let facing = max(abs(dot(out.normal, view_direction(view))) / length, 0.05);
-    let step = max(units_per_pixel(-view.z) / 64.0, 2e-6) / facing;
-    let lift = select(rank * step, FILM, rank < 0.0);
+    // Faces that were fitted to the same surface differ a little, and what
+    // rounding does to their depth is more on small scales.
+    let step = max(0.0012, units_per_pixel(-view.z) / 64.0);
+    let lift = lift_over(select(level * step, FILM, level < 0.0), out.normal, view);
     out.position = frame.clip_from_view * vec4<f32>(nearer(view, lift), 1.0);
     out.view = view;
     out.color = color;

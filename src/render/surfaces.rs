@@ -26,11 +26,13 @@ struct Look {
     color: [u8; 4],
     look: [u8; 4],
     /// Who covers whom where faces coincide, [`ON_ALL`] for ghosts.
-    rank: f32,
+    level: f32,
 }
 
-/// Rank of what lies on all primitives.
+/// Level of what lies on all primitives.
 const ON_ALL: f32 = -1.0;
+/// All of them are closer than what lies on all primitives.
+const LEVELS: usize = 5;
 
 /// A primitive on the GPU.
 #[derive(Debug)]
@@ -41,6 +43,31 @@ struct Uploaded {
     wires: Option<([u8; 4], Highlight, ElementBuffer)>,
     /// A colour a vertex, where it was given.
     paint: Option<ElementBuffer>,
+}
+
+/// A level for each: different ones for primitives that touch, as far as there
+/// are enough.
+fn levels(instances: &[PrimitiveInstance]) -> Vec<f32> {
+    // Boxes along the axes, a little larger: what lies close counts as touching.
+    let boxes: Vec<_> = instances
+        .iter()
+        .map(|i| (i.shape.translation, 1.02 * i.shape.rotation.matrix().abs() * i.shape.half_extents()))
+        .collect();
+    let touch = |a: usize, b: usize| {
+        let (apart, reach) = ((boxes[a].0 - boxes[b].0).abs(), boxes[a].1 + boxes[b].1);
+        apart.iter().zip(&reach).all(|(apart, reach)| apart <= reach)
+    };
+    let mut levels: Vec<f32> = Vec::with_capacity(instances.len());
+    for (i, instance) in instances.iter().enumerate() {
+        if instance.ghost {
+            levels.push(ON_ALL);
+            continue;
+        }
+        let taken: Vec<f32> = (0..i).filter(|&j| touch(i, j)).map(|j| levels[j]).collect();
+        let free = (0..LEVELS).map(|level| level as f32).find(|level| !taken.contains(level));
+        levels.push(free.unwrap_or((i % LEVELS) as f32));
+    }
+    levels
 }
 
 /// A ghost may have the id of a primitive.
@@ -177,12 +204,8 @@ impl Surfaces {
         let looks: Vec<_> = self
             .instances
             .iter()
-            .enumerate()
-            .map(|(rank, i)| Look {
-                color: i.color,
-                look: gpu::look(i.highlight),
-                rank: if i.ghost { ON_ALL } else { rank as f32 },
-            })
+            .zip(levels(&self.instances))
+            .map(|(i, level)| Look { color: i.color, look: gpu::look(i.highlight), level })
             .collect();
         self.looks.write(device, queue, &looks);
 
@@ -339,5 +362,29 @@ impl Surfaces {
                 lines.draw(pass, wires);
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Point3;
+
+    use super::*;
+
+    #[test]
+    fn primitives_that_touch_have_different_levels() {
+        let at = |id: u32, x: f64, ghost: bool| PrimitiveInstance {
+            id,
+            shape: Superquadric::sphere(Point3::new(x, 0.0, 0.0), 0.6),
+            color: [255; 4],
+            visible: true,
+            highlight: Highlight::None,
+            ghost,
+        };
+        let row: Vec<_> = (0..40).map(|i| at(i, f64::from(i), i == 7)).collect();
+        let levels = levels(&row);
+        assert_eq!(levels[7], ON_ALL);
+        assert!(levels.windows(2).all(|pair| pair[0] != pair[1]), "{levels:?}");
+        assert!(levels.iter().all(|level| *level <= 1.0), "no more than it takes: {levels:?}");
     }
 }

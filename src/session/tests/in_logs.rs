@@ -1,5 +1,7 @@
 //! Whatever is logged names what it holds, by size and hash, however large.
 
+use std::collections::BTreeMap;
+
 use super::*;
 use crate::geometry::palette::Colors;
 use crate::geometry::{Bulk, TriMesh};

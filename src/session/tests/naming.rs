@@ -1,6 +1,7 @@
 //! Names of states.
 
 use super::*;
+use crate::session::naming::StateName;
 
 fn led_by(cause: Cause, phase: Phase, iteration: u32, occurrences: Vec<Occurrence>) -> Event {
     let Event::Snapshot(state) = snapshot(&[1, 2, 3], phase, iteration, occurrences) else { unreachable!() };
@@ -65,12 +66,12 @@ fn a_baseline_counts_steps_and_an_unrefined_run_is_finished() {
         let Event::Snapshot(state) = led_by(Cause::Step, Phase::Finished, 4, vec![]) else { unreachable!() };
         let mut state = (*state).clone();
         change(&mut state);
-        naming::StateName::of(&[Arc::new(state)], 0).to_string()
+        StateName::of(&[Arc::new(state)], 0).to_string()
     };
     assert_eq!(named(&|_| {}), "Iteration 4 · refined");
     assert_eq!(named(&|state| state.params.refine = false), "Iteration 4 · finished");
     assert_eq!(named(&|state| state.start = Method::KMeans.params()), "Step 4");
-    assert_eq!(naming::StateName::of(&[], 3).to_string(), "Iteration 0");
+    assert_eq!(StateName::of(&[], 3).to_string(), "Iteration 0");
 }
 
 #[test]

@@ -14,9 +14,9 @@ use crate::ui::theme::Palette;
 /// Width of the numbers at the y axis.
 pub(super) const NUMBERS: f32 = 46.0;
 /// Height that a number at the y axis has for itself.
-const MARK: f32 = 16.0;
+const MARK: f32 = 13.0;
 /// The least height in which a curve says something.
-pub(super) const LEAST: f32 = 27.0;
+pub(super) const LEAST: f32 = 25.0;
 /// A plot lower than this has its title in one line.
 const LOW: f32 = 34.0;
 /// Space over and under the curve, so that its dots and the numbers at the axis

@@ -70,7 +70,8 @@ fn faces_seen(eye: Vec3, center: Vec3, half: Vec3) -> Vec<[Vec3; 4]> {
         let [n, u, v] = [axes[k], axes[(k + 1) % 3], axes[(k + 2) % 3]];
         [center + n * half * sign, n * sign, u * half, v * half]
     });
-    faces.filter(|[c, n, ..]| (eye - c).normalize().dot(*n) > 0.1 && eye.normalize().dot(*n) > 0.1).collect()
+    let seen = |from: Vec3, n: Vec3| from.normalize().dot(n) > 0.28;
+    faces.filter(|[c, n, ..]| seen(eye - c, *n) && seen(eye, *n)).collect()
 }
 
 /// The pixels in the middle of a face, row by row of the face.
@@ -153,8 +154,9 @@ fn a_ghost_of_a_merge_lies_on_what_it_would_replace() {
         for face in faces_seen(eye, Vec3::ZERO, HALF) {
             let rows = pixels_of(&flat, &face, 0.75);
             let changed = |p: &&[u32; 2]| with.get_pixel(p[0], p[1]) != without.get_pixel(p[0], p[1]);
-            let all = rows.iter().flatten();
-            assert_eq!(all.clone().filter(changed).count(), all.count(), "{eye} {:?}", face[1]);
+            let same: Vec<_> = rows.iter().flatten().filter(|p| !changed(p)).collect();
+            let colors: Vec<_> = same.iter().map(|p| with.get_pixel(p[0], p[1])).collect();
+            assert_eq!(same.len(), 0, "{eye} {:?} {same:?} {colors:?}", face[1]);
         }
     });
 }
@@ -176,14 +178,14 @@ fn lines_and_points_on_a_face_are_whole_and_nothing_shines_through() {
                 let p = picture.get_pixel(p.x as u32, p.y as u32);
                 p[1] > 150 && p[2] > 150
             };
-            let along = (0..=50).map(|i| c + v * 0.2 + u * (0.028 * i as f32 - 0.7));
-            let mut drawn = |offscreen: &mut Offscreen, lift: f32| {
+            let along = (1..50).map(|i| c + v * 0.2 + u * (0.028 * i as f32 - 0.7));
+            let drawn = |offscreen: &mut Offscreen, lift: f32| {
                 let (renderer, device, queue) = offscreen.parts();
                 renderer.set_lines(device, queue, &[line(lift)]);
                 let picture = offscreen.render(frame).unwrap();
                 along.clone().filter(|p| lit(&picture, *p)).count()
             };
-            assert_eq!(drawn(offscreen, 0.0), 51, "on the face: {eye} {n}");
+            assert_eq!(drawn(offscreen, 0.0), 49, "on the face: {eye} {n}");
             assert_eq!(drawn(offscreen, -0.03), 0, "below the face: {eye} {n}");
             let (renderer, device, queue) = offscreen.parts();
             renderer.set_lines(device, queue, &[]);
