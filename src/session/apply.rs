@@ -1,7 +1,6 @@
 //! What a person asks for.
 
 use std::collections::BTreeSet;
-use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::action::PictureKind;
