@@ -16,8 +16,9 @@ fn superform(folder: &Path, args: &[&str]) -> Output {
         .env_remove("WAYLAND_DISPLAY")
         .env_remove("WAYLAND_SOCKET")
         .env_remove("RUST_LOG")
-        // Without it drivers complain on standard error.
-        .env("XDG_RUNTIME_DIR", folder)
+        // Drivers must not complain of that.
+        .env_remove("XDG_RUNTIME_DIR")
+        .env_remove("NODEVICE_SELECT")
         .output()
         .unwrap()
 }
