@@ -50,7 +50,7 @@ use crate::worker::Source;
 
 pub use batch::{BatchJob, MergeJob};
 pub use bench::{BenchJob, ScalingJob};
-pub use display::why_no_display;
+pub use display::{spare_complaints, why_no_display};
 pub use evaluate::EvaluateJob;
 pub use export::{ExportJob, WriteJob};
 pub use headless::HeadlessJob;

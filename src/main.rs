@@ -6,11 +6,15 @@ use superform::cli::{self, Cli, Journal, Request, WindowRequest};
 
 fn main() -> ExitCode {
     let journal = cli::start_log();
-    let cli = match Cli::read() {
-        Ok(cli) => cli,
+    let command_line = match Cli::read() {
+        Ok(command_line) => command_line,
         Err(exit) => return exit,
     };
-    match cli.request() {
+    let request = command_line.request();
+    if matches!(request, Ok(Request::Render(_) | Request::Window(_))) {
+        cli::spare_complaints();
+    }
+    match request {
         Ok(Request::Headless(job)) => job.run(),
         Ok(Request::Batch(job)) => job.run(),
         Ok(Request::Merge(job)) => job.run(),

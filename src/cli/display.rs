@@ -22,6 +22,32 @@ pub fn why_no_display() -> Option<String> {
     }
 }
 
+/// Name of the variable that keeps Mesa's choice among several graphics cards from
+/// asking a Wayland display for its own.
+#[cfg(unix)]
+const NO_DEVICE_CHOICE: &str = "NODEVICE_SELECT";
+
+/// Keeps graphics drivers from complaining on standard error that there is no
+/// XDG_RUNTIME_DIR, which is no fault where nobody is logged in. They read the
+/// environment, so that the program is started anew in its own place, once.
+#[cfg(unix)]
+pub fn spare_complaints() {
+    use std::os::unix::process::CommandExt as _;
+
+    let is_set = |name: &str| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    if !cfg!(feature = "window") || is_set("XDG_RUNTIME_DIR") || is_set(NO_DEVICE_CHOICE) {
+        return;
+    }
+    let Ok(program) = std::env::current_exe() else { return };
+    let arguments = std::env::args_os().skip(1);
+    // Returns only where it fails; then they complain.
+    let error = std::process::Command::new(program).args(arguments).env(NO_DEVICE_CHOICE, "1").exec();
+    tracing::debug!("the program can't be started anew: {error}");
+}
+
+#[cfg(not(unix))]
+pub fn spare_complaints() {}
+
 /// Whether an X display of this machine, as `:1` or `:1.0`, is not there.
 /// Displays of other machines are left to the window to find out.
 #[cfg(unix)]

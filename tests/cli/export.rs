@@ -136,7 +136,7 @@ mod places {
     use std::fs::{self, File};
     use std::io::Read as _;
     use std::os::unix::ffi::OsStrExt as _;
-    use std::os::unix::fs::{FileTypeExt as _, PermissionsExt as _, symlink};
+    use std::os::unix::fs::{FileTypeExt as _, PermissionsExt, symlink};
     use std::path::{Path, PathBuf};
     use std::process::{Command, Stdio};
 

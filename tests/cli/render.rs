@@ -14,8 +14,9 @@ fn superform(folder: &Path, args: &[&str]) -> Output {
         .env_remove("WAYLAND_DISPLAY")
         .env_remove("WAYLAND_SOCKET")
         .env_remove("RUST_LOG")
-        // Without it drivers complain on standard error.
-        .env("XDG_RUNTIME_DIR", folder)
+        // Drivers must not complain of that.
+        .env_remove("XDG_RUNTIME_DIR")
+        .env_remove("NODEVICE_SELECT")
         .output()
         .unwrap()
 }
@@ -77,6 +78,7 @@ mod drawn {
         let output = superform(folder, &[&["render"][..], args].concat());
         assert!(output.status.success(), "{args:?}: {}", stderr(&output));
         let said = stderr(&output);
+        assert!(!said.contains("XDG_RUNTIME_DIR"), "{args:?}: {said}");
         String::from_utf8(output.stdout).unwrap() + &said
     }
 
@@ -300,6 +302,30 @@ mod drawn {
         assert!(said.contains("cloud: ") && said.contains("no error"), "{said}");
     }
 
+    #[cfg(unix)]
+    #[test]
+    fn a_picture_goes_to_standard_output_and_never_over_what_is_read() {
+        if !can_draw() {
+            return;
+        }
+        let temporary = tempfile::tempdir().unwrap();
+        let folder = temporary.path();
+        write_cloud(&folder.join("c.xyz"));
+        let size = ["--size", "64x48"];
+        let output = superform(folder, &[&["render", "c.xyz", "-o", "-"][..], &size].concat());
+        assert_eq!((output.status.code(), stderr(&output)), (Some(0), String::new()));
+        render(folder, &[&["c.xyz", "-o", "c.png"][..], &size].concat());
+        assert!(output.stdout == fs::read(folder.join("c.png")).unwrap() && !folder.join("-").exists());
+        let before = fs::read(folder.join("c.xyz")).unwrap();
+        std::os::unix::fs::symlink("c.xyz", folder.join("link.png")).unwrap();
+        for args in [&["-o", "link.png"][..], &["--sheet", "link.png"]] {
+            let output = superform(folder, &[&["render", "c.xyz"][..], args, &size].concat());
+            assert_eq!(output.status.code(), Some(1));
+            assert!(stderr(&output).contains("overwrite the input"), "{}", stderr(&output));
+        }
+        assert!(fs::read(folder.join("c.xyz")).unwrap() == before);
+    }
+
     #[test]
     fn what_can_not_be_drawn_is_told_in_one_sentence() {
         let temporary = tempfile::tempdir().unwrap();
@@ -313,6 +339,9 @@ mod drawn {
         refused(&["."], 1, "neither a result nor a shape");
         refused(&["*.ply"], 1, "matches nothing");
         refused(&["a.obj", "-o", "a.gif"], 2, "--turntable");
+        refused(&["a.obj", "-o", "a.jpg"], 2, "ends with .jpg");
+        refused(&["a.obj", "--sheet", "a.jpg"], 2, "name it .png");
+        assert!(!folder.join("a.jpg").exists());
         refused(&["a.obj", "b.obj", "-o", "a.png"], 1, "2 results");
         if can_draw() {
             refused(&["missing.obj"], 1, "missing.obj");
