@@ -160,6 +160,11 @@ fn odd_ply() {
         ("a.ply", header(&list("uchar double")), Mesh(3, 1, "")),
         ("a.ply", header(&list("int64 uint64")), Mesh(3, 1, "")),
         ("a.ply", header(&list("float int")), Mesh(3, 1, "")),
+        (
+            "a",
+            text(&format!("\nPLY \r\nformat ascii\r\n{}", list("uchar int").replace('\n', "\r\n"))),
+            Mesh(3, 1, ""),
+        ),
         ("a.ply", header(&list("double int").replace("3 0 1 2", "3.0 0 1 2")), Mesh(3, 1, "")),
         (
             "a.ply",

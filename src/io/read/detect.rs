@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::{gltf, off, pcd, stl, text, xyz};
+use super::{gltf, off, pcd, ply, stl, text, xyz};
 use crate::io::error::ReadError;
 use foreign::{foreign_binary, foreign_ending, foreign_json, foreign_text};
 
@@ -86,7 +86,7 @@ pub(super) fn format(bytes: &[u8], path: &Path) -> Result<Format, ReadError> {
         return Ok(Format::Stl);
     }
     let text = text::decode(head);
-    if text.starts_with("ply\n") || text.starts_with("ply\r") {
+    if ply::is_ply(&text) {
         return Ok(Format::Ply);
     }
     if pcd::is_pcd(&text) {

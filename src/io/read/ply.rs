@@ -19,6 +19,12 @@ mod values;
 /// multiples of it, around a half.
 const HARMONIC: f64 = 0.282_094_791_773_878_14;
 
+/// Whether a text begins as a PLY file does.
+pub(super) fn is_ply(text: &str) -> bool {
+    let first = text.trim_start().split(['\n', '\r']).next().unwrap_or_default();
+    first.trim_end().eq_ignore_ascii_case("ply")
+}
+
 pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
     match bytes {
         [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => parse_plain(text::decode(bytes).as_bytes()),

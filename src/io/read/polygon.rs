@@ -64,6 +64,8 @@ fn ears(fan: &[[u32; 3]], points: &[Point3<f64>], earcut: &mut Earcut<f64>) -> O
     if size == 0.0 {
         return None;
     }
+    // A power of two, which rounds nothing.
+    let size = size.log2().floor().exp2();
     let place = |i: u32| from(i) / size;
     let twice_areas = || fan.iter().map(|&[_, a, b]| place(a).cross(&place(b)));
     let normal: Vector3<f64> = twice_areas().sum();
@@ -73,9 +75,17 @@ fn ears(fan: &[[u32; 3]], points: &[Point3<f64>], earcut: &mut Earcut<f64>) -> O
     if turned <= ROUNDING * area || fan.len() + 2 > MOST_CORNERS {
         return None;
     }
-    // Two axes in the plane, exact where it faces along a coordinate.
-    let u = Vector3::ith(normal.iamin(), 1.0).cross(&normal).normalize();
-    let v = normal.cross(&u);
+    let is_plane = fan.iter().flatten().all(|&i| place(i).dot(&normal).abs() < BENT);
+    // Seen along a coordinate, what lies on a line stays there to the last bit;
+    // but a polygon that is bent can be seen along its normal only.
+    let [u, v] = if is_plane {
+        let axis = normal.iamax();
+        let [u, v] = [1, 2].map(|next| Vector3::ith((axis + next) % 3, 1.0));
+        if normal[axis] > 0.0 { [u, v] } else { [v, u] }
+    } else {
+        let u = Vector3::ith(normal.iamin(), 1.0).cross(&normal).normalize();
+        [u, normal.cross(&u)]
+    };
     let corners: Vec<u32> = [first, second].into_iter().chain(fan.iter().map(|t| t[2])).collect();
     let flat: Vec<Point2<f64>> =
         corners.iter().map(|&i| Point2::new(place(i).dot(&u), place(i).dot(&v))).collect();
@@ -86,7 +96,6 @@ fn ears(fan: &[[u32; 3]], points: &[Point3<f64>], earcut: &mut Earcut<f64>) -> O
     let mut ears: Vec<[usize; 3]> =
         ears.filter(|ear| has_area(&ear.map(|i| points[corners[i] as usize]))).collect();
     let is_whole = put_back(&mut ears, &flat);
-    let is_plane = corners.iter().all(|&i| place(i).dot(&normal).abs() < BENT);
     (!ears.is_empty() && (is_whole || is_plane))
         .then(|| ears.iter().map(|ear| ear.map(|i| corners[i])).collect())
 }

@@ -27,6 +27,7 @@ fn large() -> State {
     let shape = Arc::new(Shape {
         name: "large.ply".to_owned(),
         path: Some(PathBuf::from("/shapes/large.ply")),
+        content: None,
         geometry: ShapeGeometry::Mesh(mesh),
         attributes,
         notes: vec!["3 faces without area were left out".to_owned()],

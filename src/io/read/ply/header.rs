@@ -88,11 +88,13 @@ impl Header {
     pub(super) fn parse(bytes: &[u8]) -> Result<Self, Fault> {
         // The first line shows how this file ends its lines; a line feed that
         // belongs to binary data must not be taken for a part of the ending.
-        let ending: &[u8] = match bytes.get(3..5) {
-            Some(b"\r\n") => b"\r\n",
-            Some([b'\r', _]) => b"\r",
+        let first = bytes.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(bytes.len());
+        let ending: &[u8] = match &bytes[first..] {
+            [b'\r', b'\n', ..] => b"\r\n",
+            [b'\r', ..] => b"\r",
             _ => b"\n",
         };
+        let mut has_begun = false;
         let mut encoding = None;
         let mut elements: Vec<Element> = Vec::new();
         let mut at = 0;
@@ -111,9 +113,9 @@ impl Header {
             let words: Vec<&str> = line.split_whitespace().collect();
             let fault = |problem: String| Fault::at_line(line_number, problem);
             match words[..] {
-                ["ply"] if line_number == 1 => {}
+                [word] if !has_begun && word.eq_ignore_ascii_case("ply") => has_begun = true,
                 [] | ["comment" | "obj_info", ..] => {}
-                ["format", name, _version] => {
+                ["format", name, ..] if has_begun => {
                     encoding = Some(match name {
                         "ascii" => Encoding::Ascii,
                         "binary_little_endian" => Encoding::Binary { big_endian: false },
@@ -136,7 +138,7 @@ impl Header {
                     element.properties.push(property);
                 }
                 ["end_header"] => return Self::finish(encoding, elements, at, line_number),
-                _ if line_number == 1 => {
+                _ if !has_begun => {
                     return Err(fault("a PLY file starts with a line “ply”".to_owned()));
                 }
                 _ => return Err(fault(format!("{} has no place in a header", quoted(line.trim())))),
