@@ -1,27 +1,30 @@
 //! glTF 2.0, as text and binary (GLB): the triangles of a scene in world
 //! coordinates with the colours and normals of their vertices, or its points where
-//! it has no triangles. Materials, pictures,
-//! animations and what bends meshes (skins, morph targets) are left out.
+//! it has no triangles. Morph targets stand at their default weights.
+//! Materials, pictures, animations and skins are left out.
 //!
 //! The JSON is read here rather than by a glTF library because those compute
 //! in single precision, hold on to indices that they did not check against the
 //! buffers, and refuse a file for faults in what doesn't matter here.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
 
-use nalgebra::{Matrix4, Point3, Quaternion, UnitQuaternion, Vector3};
+use nalgebra::{Matrix4, Point3, Vector3};
 
 use super::columns;
 use super::raw::Raw;
-use super::text::{counted, decode};
+use super::text::{counted, decode, shortened};
 use crate::io::error::Fault;
 use accessors::Data;
 pub(crate) use buffers::percent_decoded;
-use schema::{Node, Primitive, Root};
+use placing::{instances, local_transform, placed};
+use schema::{Head, Primitive, Root};
 
 mod accessors;
 mod buffers;
+mod extensions;
+mod placing;
 mod schema;
 
 /// Vertices and triangles that a scene may have beyond those that its buffers
@@ -39,17 +42,35 @@ pub(super) fn is_gltf(start: &str, end: &[u8]) -> bool {
 /// Reads a file's content; buffers in files of their own are looked for from
 /// `folder` on, where there is one.
 pub(super) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Raw, Fault> {
-    let (root, blob) = if bytes.starts_with(b"glTF") {
+    if bytes.starts_with(b"glTF") {
         let (json, blob) = buffers::chunks(bytes)?;
-        let root = serde_json::from_slice(json)
-            .map_err(|e| Fault::at_byte(20, format!("its JSON part can't be made out: {e}")))?;
-        (root, blob)
+        let broken = |e| Fault::at_byte(20, format!("its JSON part can't be made out: {e}"));
+        check(&serde_json::from_slice(json).map_err(broken)?)?;
+        let root = serde_json::from_slice(json).map_err(broken)?;
+        Scene::new(&root, blob, folder).read()
     } else {
-        let root = serde_json::from_str::<Root>(&decode(bytes))
-            .map_err(|e| Fault::at_line(e.line(), format!("it is no JSON of a glTF scene: {e}")))?;
-        (root, None)
-    };
-    Scene::new(&root, blob, folder)?.read()
+        let text = decode(bytes);
+        let broken =
+            |e: serde_json::Error| Fault::at_line(e.line(), format!("it is no JSON of a glTF scene: {e}"));
+        check(&serde_json::from_str(&text).map_err(broken)?)?;
+        let root = serde_json::from_str(&text).map_err(broken)?;
+        Scene::new(&root, None, folder).read()
+    }
+}
+
+/// Refuses what can't be read, before the rest is made out: that may look
+/// otherwise.
+fn check(head: &Head) -> Result<(), Fault> {
+    let version = &head.asset.version;
+    let version = version.as_str().map_or_else(|| version.to_string(), str::to_owned);
+    if version != "null" && !version.starts_with('2') {
+        let problem = format!(
+            "it is glTF {}, and only glTF 2 can be read; export the shape again",
+            shortened(&version, 24)
+        );
+        return Err(Fault::whole(problem));
+    }
+    extensions::check(&head.extensions_required)
 }
 
 /// A scene that is being walked.
@@ -60,9 +81,10 @@ struct Scene<'a> {
     /// Points of the primitives that show points, with their colours.
     points: Vec<Point3<f64>>,
     colors: Vec<[u8; 3]>,
-    /// Primitives of lines, and nodes with a skin or morph targets.
+    /// Primitives of lines, nodes with a skin, and hidden ones.
     lines: usize,
     bent: usize,
+    hidden: usize,
     /// Of the vertices of the triangles, as far as they have any.
     surface: SurfaceAttributes,
     /// Vertices or triangles that it may have.
@@ -80,23 +102,11 @@ struct SurfaceAttributes {
 }
 
 impl<'a> Scene<'a> {
-    fn new(root: &'a Root, blob: Option<&'a [u8]>, folder: Option<&Path>) -> Result<Self, Fault> {
-        if let Some(version) = root.asset.version.as_deref().filter(|v| !v.starts_with("2.")) {
-            let problem =
-                format!("it is glTF {version}, and only glTF 2 can be read; export the shape again");
-            return Err(Fault::whole(problem));
-        }
-        let compression = |e: &&String| e.contains("draco") || e.contains("meshopt");
-        if let Some(extension) = root.extensions_required.iter().find(compression) {
-            let problem = format!(
-                "its meshes are compressed ({extension}), which can't be read; export it without compression"
-            );
-            return Err(Fault::whole(problem));
-        }
-        let data = Data::new(root, blob, folder)?;
+    fn new(root: &'a Root, blob: Option<&'a [u8]>, folder: Option<&Path>) -> Self {
+        let data = Data::new(root, blob, folder);
         // Indices of vertices are 32 bits wide.
         let most = data.bytes().saturating_add(MOST_COPIED).min(u32::MAX as usize);
-        Ok(Self {
+        Self {
             root,
             data,
             raw: Raw::default(),
@@ -104,9 +114,10 @@ impl<'a> Scene<'a> {
             colors: Vec::new(),
             lines: 0,
             bent: 0,
+            hidden: 0,
             surface: SurfaceAttributes::default(),
             most,
-        })
+        }
     }
 
     fn read(mut self) -> Result<Raw, Fault> {
@@ -116,7 +127,7 @@ impl<'a> Scene<'a> {
         if self.root.nodes.is_empty() {
             // Meshes without a scene stand where they are.
             for mesh in 0..self.root.meshes.len() {
-                self.mesh(mesh, &Matrix4::identity())?;
+                self.mesh(mesh, &Matrix4::identity(), None)?;
             }
         }
         while let Some((index, parent_world)) = waiting.pop() {
@@ -125,10 +136,23 @@ impl<'a> Scene<'a> {
                 let problem = format!("node {index} hangs below more than one other; export the shape again");
                 return Err(Fault::whole(problem));
             }
+            if node.extensions.visibility.as_ref().is_some_and(|v| !v.visible) {
+                self.hidden += 1;
+                continue;
+            }
             let world = parent_world * local_transform(node);
             if let Some(mesh) = node.mesh {
                 self.bent += usize::from(node.skin.is_some());
-                self.mesh(mesh, &world)?;
+                let weights = node.weights.as_deref();
+                let instancing = node.extensions.instancing.as_ref();
+                match instancing.map(|i| instances(i, &self.data)).transpose()?.flatten() {
+                    Some(all) => {
+                        for instance in all {
+                            self.mesh(mesh, &(world * instance), weights)?;
+                        }
+                    }
+                    None => self.mesh(mesh, &world, weights)?,
+                }
             }
             waiting.extend(node.children.iter().rev().map(|&child| (child, world)));
         }
@@ -141,13 +165,27 @@ impl<'a> Scene<'a> {
             return Ok(entry(&self.root.scenes, self.root.scene.unwrap_or(0), "scene")?.nodes.clone());
         }
         let children: HashSet<usize> = self.root.nodes.iter().flat_map(|n| &n.children).copied().collect();
-        Ok((0..self.root.nodes.len()).filter(|i| !children.contains(i)).collect())
+        let roots: Vec<usize> = (0..self.root.nodes.len()).filter(|i| !children.contains(i)).collect();
+        if roots.is_empty() && !children.is_empty() {
+            return Err(Fault::whole("its nodes hang below each other in a circle; export the shape again"));
+        }
+        Ok(roots)
     }
 
     fn finish(mut self) -> Result<Raw, Fault> {
         let has_triangles = !self.raw.triangles.is_empty() || self.raw.faces_out_of_range > 0;
         if !has_triangles && self.points.is_empty() {
-            return Err(Fault::whole("its scene shows neither triangles nor points; export the shape again"));
+            // What was not needed may be why.
+            self.data.check()?;
+            return Err(Fault::whole(if self.lines > 0 {
+                "its scene shows lines, but neither triangles nor points; export the surfaces, too"
+            } else {
+                "its scene shows neither triangles nor points; export the shape again"
+            }));
+        }
+        if self.root.scenes.len() > 1 {
+            let scenes = self.root.scenes.len();
+            self.raw.notes.push(format!("of {scenes} scenes only the one that is shown first was taken"));
         }
         for (n, what) in [
             (
@@ -159,6 +197,10 @@ impl<'a> Scene<'a> {
             if n > 0 {
                 self.raw.notes.push(format!("left out {what} beside the surfaces"));
             }
+        }
+        if self.hidden > 0 {
+            let nodes = counted(self.hidden, "node", "nodes");
+            self.raw.notes.push(format!("left out {nodes} that the file hides"));
         }
         if self.bent > 0 {
             let meshes = counted(self.bent, "mesh is", "meshes are");
@@ -183,16 +225,28 @@ impl<'a> Scene<'a> {
         if count > most { Err(Fault::whole(problem())) } else { Ok(()) }
     }
 
-    fn mesh(&mut self, index: usize, world: &Matrix4<f64>) -> Result<(), Fault> {
-        let root = self.root;
+    /// Shows a mesh, its morph targets at the weights of the node where that has
+    /// some.
+    fn mesh(&mut self, index: usize, world: &Matrix4<f64>, weights: Option<&[f64]>) -> Result<(), Fault> {
+        let mesh = entry(&self.root.meshes, index, "mesh")?;
+        let weights = weights.unwrap_or(&mesh.weights);
         // Primitives of one mesh often share their vertices.
         let mut first_of = HashMap::new();
-        for primitive in &entry(&root.meshes, index, "mesh")?.primitives {
+        for primitive in &mesh.primitives {
             let Some(&position) = primitive.attributes.get("POSITION") else { continue };
+            self.check_content(primitive, position)?;
+            let moves = |name: &str| Moves::of(primitive, name, weights);
             match primitive.mode {
-                0 => self.show_points(primitive, position, world)?,
+                0 => self.show_points(primitive, position, &moves("POSITION"), world)?,
                 1..=3 => self.lines += 1,
-                4..=6 => self.show_triangles(primitive, position, world, &mut first_of)?,
+                4..=6 => {
+                    let sources = Sources {
+                        position: (position, moves("POSITION")),
+                        normal: primitive.attributes.get("NORMAL").map(|&a| (a, moves("NORMAL"))),
+                        color: primitive.attributes.get("COLOR_0").copied(),
+                    };
+                    self.show_triangles(primitive, sources, world, &mut first_of)?;
+                }
                 mode => {
                     let problem = format!("mesh {index} has the unknown mode {mode}; export the shape again");
                     return Err(Fault::whole(problem));
@@ -202,15 +256,45 @@ impl<'a> Scene<'a> {
         Ok(())
     }
 
+    /// Refuses vertices that are nowhere but in a compressed form.
+    fn check_content(&self, primitive: &Primitive, position: usize) -> Result<(), Fault> {
+        let about = entry(&self.root.accessors, position, "accessor")?;
+        let packed = primitive.extensions.keys().find(|name| extensions::is_compression(name));
+        match packed.filter(|_| about.buffer_view.is_none() && about.sparse.is_none()) {
+            Some(name) => Err(extensions::compressed(name)),
+            None => Ok(()),
+        }
+    }
+
+    /// Positions or normals with what morph targets add to them.
+    fn moved(&self, accessor: usize, moves: &Moves) -> Result<Vec<[f64; 3]>, Fault> {
+        let mut vectors: Vec<[f64; 3]> = self.data.vectors(accessor)?;
+        for &(target, weight) in &moves.0 {
+            let by: Vec<[f64; 3]> = self.data.vectors(target)?;
+            if by.len() != vectors.len() {
+                let (n, vertices) = (by.len(), vectors.len());
+                let problem =
+                    format!("a morph target moves {n} vertices of {vertices}; export the shape again");
+                return Err(Fault::whole(problem));
+            }
+            let weight = f64::from_bits(weight);
+            for (vector, by) in vectors.iter_mut().zip(by) {
+                vector.iter_mut().zip(by).for_each(|(v, by)| *v += weight * by);
+            }
+        }
+        Ok(vectors)
+    }
+
     fn show_points(
         &mut self,
         primitive: &Primitive,
         position: usize,
+        moves: &Moves,
         world: &Matrix4<f64>,
     ) -> Result<(), Fault> {
-        let vertices = self.data.vectors(position)?;
+        let vertices = self.moved(position, moves)?;
         let colors = match primitive.attributes.get("COLOR_0") {
-            Some(&accessor) => self.data.vectors(accessor)?,
+            Some(&accessor) => self.data.colors(accessor)?,
             None => Vec::new(),
         };
         let order: Vec<usize> = match primitive.indices {
@@ -228,11 +312,11 @@ impl<'a> Scene<'a> {
 
     /// Notes the colours and normals of as many vertices. What is wrong with
     /// them costs them, not the shape.
-    fn surface_attributes(&mut self, (_, normal, color): Sources, count: usize, world: &Matrix4<f64>) {
-        let values = |accessor: Option<usize>| {
-            accessor.and_then(|a| self.data.vectors(a).ok()).filter(|values| values.len() == count)
-        };
-        let (normals, colors) = (values(normal), values(color));
+    fn surface_attributes(&mut self, sources: &Sources, count: usize, world: &Matrix4<f64>) {
+        let fitting = |values: &Vec<[f64; 3]>| values.len() == count;
+        let normals = sources.normal.as_ref().and_then(|(a, moves)| self.moved(*a, moves).ok());
+        let colors = sources.color.and_then(|a| self.data.colors(a).ok());
+        let (normals, colors) = (normals.filter(fitting), colors.filter(fitting));
         let surface = &mut self.surface;
         surface.has_colors |= colors.is_some();
         surface.lacks_normals |= normals.is_none();
@@ -252,20 +336,18 @@ impl<'a> Scene<'a> {
     fn show_triangles(
         &mut self,
         primitive: &Primitive,
-        position: usize,
+        sources: Sources,
         world: &Matrix4<f64>,
         first_of: &mut HashMap<Sources, (usize, usize)>,
     ) -> Result<(), Fault> {
-        let other = |name: &str| primitive.attributes.get(name).copied();
-        let sources = (position, other("NORMAL"), other("COLOR_0"));
         let (first, count) = match first_of.get(&sources) {
             Some(found) => *found,
             None => {
-                let vertices = self.data.vectors(position)?;
+                let vertices = self.moved(sources.position.0, &sources.position.1)?;
                 self.check_size(self.raw.points.len() + vertices.len())?;
                 let range = (self.raw.points.len(), vertices.len());
                 self.raw.points.extend(vertices.iter().map(|v| placed(world, v)));
-                self.surface_attributes(sources, vertices.len(), world);
+                self.surface_attributes(&sources, vertices.len(), world);
                 *first_of.entry(sources).or_insert(range)
             }
         };
@@ -299,7 +381,27 @@ impl<'a> Scene<'a> {
 }
 
 /// Where vertices come from: the accessors of positions, normals and colours.
-type Sources = (usize, Option<usize>, Option<usize>);
+#[derive(Debug, PartialEq, Eq, Hash)]
+struct Sources {
+    position: (usize, Moves),
+    normal: Option<(usize, Moves)>,
+    color: Option<usize>,
+}
+
+/// Accessors of morph targets, with the bits of their weights.
+#[derive(Debug, PartialEq, Eq, Hash)]
+struct Moves(Vec<(usize, u64)>);
+
+impl Moves {
+    /// Those of an attribute that do something.
+    fn of(primitive: &Primitive, attribute: &str, weights: &[f64]) -> Self {
+        let targets = primitive.targets.iter().zip(weights).filter(|(_, weight)| **weight != 0.0);
+        let of_attribute = |(target, weight): (&BTreeMap<String, usize>, &f64)| {
+            target.get(attribute).map(|&accessor| (accessor, weight.to_bits()))
+        };
+        Self(targets.filter_map(of_attribute).collect())
+    }
+}
 
 /// An entry of one of the file's lists.
 fn entry<'a, T>(list: &'a [T], index: usize, what: &str) -> Result<&'a T, Fault> {
@@ -307,24 +409,6 @@ fn entry<'a, T>(list: &'a [T], index: usize, what: &str) -> Result<&'a T, Fault>
         let number = list.len();
         Fault::whole(format!("it refers to {what} {index}, but has {number}; export the shape again"))
     })
-}
-
-/// From a node's coordinates to those of its parent.
-fn local_transform(node: &Node) -> Matrix4<f64> {
-    if let Some(columns) = &node.matrix {
-        return Matrix4::from_column_slice(columns);
-    }
-    let [x, y, z, w] = node.rotation.unwrap_or([0.0, 0.0, 0.0, 1.0]);
-    let rotation = UnitQuaternion::try_new(Quaternion::new(w, x, y, z), 0.0).unwrap_or_default();
-    let scale = Vector3::from(node.scale.unwrap_or([1.0; 3]));
-    let translation = Vector3::from(node.translation.unwrap_or([0.0; 3]));
-    Matrix4::new_translation(&translation)
-        * rotation.to_homogeneous()
-        * Matrix4::new_nonuniform_scaling(&scale)
-}
-
-fn placed(world: &Matrix4<f64>, vertex: &[f64; 3]) -> Point3<f64> {
-    Point3::from(world.fixed_view::<3, 3>(0, 0) * Vector3::from(*vertex) + world.fixed_view::<3, 1>(0, 3))
 }
 
 /// glTF's colours are linear; pictures are not.

@@ -122,11 +122,21 @@ pub(super) fn pieces(text: &str, size: usize) -> Vec<&str> {
 
 /// A token for a message: short, and quoted.
 pub(super) fn quoted(token: &str) -> String {
-    let mut shown: String = token.chars().take(24).collect();
-    if shown.len() < token.len() {
+    quoted_up_to(token, 24)
+}
+
+/// The same, of so many characters at most.
+pub(super) fn quoted_up_to(token: &str, most: usize) -> String {
+    format!("“{}”", shortened(token, most))
+}
+
+/// The first characters of a text, those that a terminal would obey escaped.
+pub(super) fn shortened(text: &str, most: usize) -> String {
+    let mut shown: String = text.chars().take(most).collect();
+    if shown.len() < text.len() {
         shown.push('…');
     }
-    format!("“{}”", shown.escape_debug().to_string().replace("\\u{fffd}", "\u{fffd}"))
+    shown.escape_debug().to_string().replace("\\u{fffd}", "\u{fffd}")
 }
 
 /// "1 face", "3 faces".

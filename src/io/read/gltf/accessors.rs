@@ -4,8 +4,9 @@ use std::borrow::Cow;
 use std::path::Path;
 
 use super::schema::{Accessor, Root};
-use super::{buffers, entry};
+use super::{buffers, entry, extensions};
 use crate::io::error::Fault;
+use crate::io::read::text::shortened;
 
 /// How a number is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -70,7 +71,8 @@ impl Component {
 /// The buffers of a file, and the way to the numbers in them.
 pub(super) struct Data<'a> {
     root: &'a Root,
-    buffers: Vec<Cow<'a, [u8]>>,
+    /// Those that can't be had matter only where they are needed.
+    buffers: Vec<Result<Cow<'a, [u8]>, Fault>>,
 }
 
 /// Where numbers lie.
@@ -84,29 +86,48 @@ struct Place {
 }
 
 impl<'a> Data<'a> {
-    pub(super) fn new(root: &'a Root, blob: Option<&'a [u8]>, folder: Option<&Path>) -> Result<Self, Fault> {
+    pub(super) fn new(root: &'a Root, blob: Option<&'a [u8]>, folder: Option<&Path>) -> Self {
         let buffers =
             root.buffers.iter().enumerate().map(|(i, buffer)| buffers::load(i, buffer, blob, folder));
-        Ok(Self { root, buffers: buffers.collect::<Result<_, _>>()? })
+        Self { root, buffers: buffers.collect() }
+    }
+
+    /// Whether all buffers could be had.
+    pub(super) fn check(&self) -> Result<(), Fault> {
+        self.buffers.iter().try_for_each(|buffer| buffer.as_ref().map(drop).map_err(Clone::clone))
     }
 
     /// Bytes of all buffers.
     pub(super) fn bytes(&self) -> usize {
-        self.buffers.iter().map(|b| b.len()).sum()
+        self.buffers.iter().flatten().map(|b| b.len()).sum()
     }
 
-    /// Positions, or the first three channels of colours.
-    pub(super) fn vectors(&self, accessor: usize) -> Result<Vec<[f64; 3]>, Fault> {
+    /// Vectors of at least `N` numbers: the first of them.
+    pub(super) fn vectors<const N: usize>(&self, accessor: usize) -> Result<Vec<[f64; N]>, Fault> {
         let about = entry(&self.root.accessors, accessor, "accessor")?;
         let width = match about.kind.as_str() {
             "VEC3" => 3,
             "VEC4" => 4,
-            other => {
-                let problem = format!("accessor {accessor} holds {other} where it should hold VEC3");
-                return Err(Fault::whole(problem));
-            }
+            _ => 0,
         };
+        if width < N {
+            let other = shortened(&about.kind, 24);
+            let problem = format!("accessor {accessor} holds {other} where it should hold VEC{N}");
+            return Err(Fault::whole(problem));
+        }
         self.numbers(accessor, about, width)
+    }
+
+    /// Colours from 0 to 1. Whole numbers stand for that, though some files
+    /// don't say so.
+    pub(super) fn colors(&self, accessor: usize) -> Result<Vec<[f64; 3]>, Fault> {
+        let mut colors = self.vectors(accessor)?;
+        let about = entry(&self.root.accessors, accessor, "accessor")?;
+        if !about.normalized {
+            let one = Component::of(about.component_type)?.one();
+            colors.iter_mut().flatten().for_each(|v| *v /= one);
+        }
+        Ok(colors)
     }
 
     /// Indices of vertices.
@@ -117,7 +138,8 @@ impl<'a> Data<'a> {
             return Err(Fault::whole(problem));
         }
         let numbers: Vec<[f64; 1]> = self.numbers(accessor, about, 1)?;
-        Ok(numbers.into_iter().map(|[i]| i as usize).collect())
+        // What is below 0 is no vertex.
+        Ok(numbers.into_iter().map(|[i]| if i < 0.0 { usize::MAX } else { i as usize }).collect())
     }
 
     /// The first `N` numbers of every element, of which each has `width`.
@@ -170,7 +192,10 @@ impl<'a> Data<'a> {
     fn dense<const N: usize>(&self, place: &Place) -> Result<Vec<[f64; N]>, Fault> {
         let &Place { view, offset, count, component, width } = place;
         let about = entry(&self.root.buffer_views, view, "buffer view")?;
-        let buffer = entry(&self.buffers, about.buffer, "buffer")?;
+        let buffer = entry(&self.buffers, about.buffer, "buffer")?.as_ref().map_err(|fault| {
+            let packed = about.extensions.keys().find(|name| extensions::is_compression(name));
+            packed.map_or_else(|| fault.clone(), |name| extensions::compressed(name))
+        })?;
         let bytes = buffer.get(about.byte_offset..).and_then(|rest| rest.get(..about.byte_length));
         let bytes = bytes.and_then(|view| view.get(offset..)).ok_or_else(|| {
             let (end, there) = (about.byte_offset.saturating_add(about.byte_length), buffer.len());

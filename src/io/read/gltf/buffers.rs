@@ -30,22 +30,36 @@ pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
             return Err(Fault::at_byte(at, "its JSON part is missing; the file may have been cut short"));
         };
         let start = at + 8;
-        let part = bytes.get(start..).and_then(|rest| rest.get(..length as usize)).ok_or_else(|| {
-            let there = bytes.len() - start;
+        let rest = bytes.get(start..).unwrap_or_default();
+        // The padding of the last part may be counted, and yet not be there.
+        let is_whole = rest.len() as u64 + 4 > u64::from(length);
+        let part = &rest[..rest.len().min(length as usize)];
+        if !is_whole {
+            let there = rest.len();
             let problem = format!(
                 "a part of {length} bytes begins here, but there are {there}; the file was cut short: copy or export it again"
             );
-            Fault::at_byte(at, problem)
-        })?;
+            return Err(Fault::at_byte(at, problem));
+        }
         match &kind.to_le_bytes() {
             b"JSON" => json = json.or(Some(part)),
             b"BIN\0" => binary = Some(part),
             _ => {}
         }
-        at = start + part.len().next_multiple_of(4);
+        at = next_part(bytes, start + part.len());
     }
     let json = json.unwrap_or_default();
-    Ok((json, binary))
+    let json = json.strip_prefix(b"\xef\xbb\xbf").unwrap_or(json);
+    // Some pad it with zeros rather than blanks.
+    let end = json.iter().rposition(|b| *b != 0).map_or(0, |last| last + 1);
+    Ok((&json[..end], binary))
+}
+
+/// Where the part behind one that ends at `end` begins: at a multiple of 4, or
+/// before that in files that were not padded.
+fn next_part(bytes: &[u8], end: usize) -> usize {
+    let is_part = |at: &usize| matches!(bytes.get(at + 4..at + 8), Some(b"JSON" | b"BIN\0"));
+    (end..end + 4).find(is_part).unwrap_or(end.next_multiple_of(4))
 }
 
 /// The bytes of a buffer.
@@ -61,8 +75,12 @@ pub(super) fn load<'a>(
             .map(Cow::Borrowed)
             .ok_or_else(|| Fault::whole(format!("buffer {index} has no content; export the shape again")));
     };
-    if let Some(data) = uri.strip_prefix("data:") {
-        let decoded = data.split_once(";base64,").and_then(|(_, text)| base64(text.as_bytes()));
+    if uri.get(..5).is_some_and(|start| start.eq_ignore_ascii_case("data:")) {
+        let (about, data) = uri[5..].split_once(',').unwrap_or_default();
+        let data = percent_bytes(data);
+        let is_base64 =
+            about.rsplit(';').next().is_some_and(|last| last.trim().eq_ignore_ascii_case("base64"));
+        let decoded = if is_base64 { base64(&data) } else { Some(data).filter(|_| !about.is_empty()) };
         let problem = || Fault::whole(format!("buffer {index} is no base64 data; export the shape again"));
         return decoded.map(Cow::Owned).ok_or_else(problem);
     }
@@ -76,13 +94,18 @@ pub(super) fn load<'a>(
         let problem = format!("its buffer {} is a file of its own; embed it", quoted(uri));
         return Err(Fault::whole(problem));
     };
+    // Some write the name as it is, or with the strokes of Windows.
+    let names = [name.clone(), uri.clone(), name.replace('\\', "/")];
+    let name = names.iter().find(|name| folder.join(name).is_file()).unwrap_or(&name);
     let problem = |e| Fault::whole(format!("it needs a second file, its buffer: {e}"));
     content(&folder.join(name)).map(Cow::Owned).map_err(problem)
 }
 
 /// Bytes from base64, with or without its padding; `None` where it isn't that.
 fn base64(text: &[u8]) -> Option<Vec<u8>> {
-    let digits = text.iter().position(|&c| c == b'=').map_or(text, |end| &text[..end]);
+    // Lines may be broken.
+    let text: Vec<u8> = text.iter().copied().filter(|c| !c.is_ascii_whitespace()).collect();
+    let digits = text.split(|&c| c == b'=').next().unwrap_or_default();
     let mut bytes = Vec::with_capacity(digits.len() / 4 * 3 + 2);
     for group in digits.chunks(4) {
         let mut bits = 0u32;
@@ -106,6 +129,10 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
 
 /// `a%20b` becomes `a b`.
 pub(crate) fn percent_decoded(uri: &str) -> String {
+    String::from_utf8_lossy(&percent_bytes(uri)).into_owned()
+}
+
+fn percent_bytes(uri: &str) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let [first, tail @ ..] = rest {
@@ -122,7 +149,7 @@ pub(crate) fn percent_decoded(uri: &str) -> String {
             }
         };
     }
-    String::from_utf8_lossy(&bytes).into_owned()
+    bytes
 }
 
 #[cfg(test)]
@@ -137,7 +164,8 @@ mod tests {
             assert_eq!(base64(text.as_bytes()).as_deref(), Some(bytes.as_bytes()), "{text}");
         }
         assert_eq!(base64(b"-_+/"), Some(vec![0xfb, 0xff, 0xbf]));
-        assert_eq!(base64(b"Zm 9"), None);
+        assert_eq!(base64(b"Zm 9\r\nv"), Some(b"foo".to_vec()));
+        assert_eq!(base64(b"Zm~9"), None);
     }
 
     #[test]

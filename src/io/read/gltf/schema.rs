@@ -7,8 +7,6 @@ use serde::Deserialize;
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Root {
-    pub(super) asset: Asset,
-    pub(super) extensions_required: Vec<String>,
     pub(super) scene: Option<usize>,
     pub(super) scenes: Vec<SceneNodes>,
     pub(super) nodes: Vec<Node>,
@@ -18,11 +16,23 @@ pub(super) struct Root {
     pub(super) buffers: Vec<Buffer>,
 }
 
+/// What tells whether the rest can be made out.
+#[derive(Debug, Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Head {
+    pub(super) asset: Asset,
+    pub(super) extensions_required: Vec<String>,
+}
+
 #[derive(Debug, Default, Deserialize)]
 #[serde(default)]
 pub(super) struct Asset {
-    pub(super) version: Option<String>,
+    /// A text, though some write a number.
+    pub(super) version: serde_json::Value,
 }
+
+/// Names of extensions, whatever they say.
+pub(super) type Extensions = BTreeMap<String, serde::de::IgnoredAny>;
 
 #[derive(Debug, Deserialize)]
 pub(super) struct SceneNodes {
@@ -42,11 +52,42 @@ pub(super) struct Node {
     /// Quaternion x, y, z, w.
     pub(super) rotation: Option<[f64; 4]>,
     pub(super) scale: Option<[f64; 3]>,
+    /// Of the morph targets, in place of those of the mesh.
+    pub(super) weights: Option<Vec<f64>>,
+    #[serde(default)]
+    pub(super) extensions: NodeExtensions,
+}
+
+#[derive(Debug, Default, Deserialize)]
+pub(super) struct NodeExtensions {
+    #[serde(rename = "EXT_mesh_gpu_instancing")]
+    pub(super) instancing: Option<Instancing>,
+    #[serde(rename = "KHR_node_visibility")]
+    pub(super) visibility: Option<Visibility>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Instancing {
+    /// Accessors by name, with an element for each instance.
+    pub(super) attributes: BTreeMap<String, usize>,
+}
+
+#[derive(Debug, Deserialize)]
+pub(super) struct Visibility {
+    #[serde(default = "yes")]
+    pub(super) visible: bool,
+}
+
+fn yes() -> bool {
+    true
 }
 
 #[derive(Debug, Deserialize)]
 pub(super) struct Mesh {
     pub(super) primitives: Vec<Primitive>,
+    /// Of the morph targets.
+    #[serde(default)]
+    pub(super) weights: Vec<f64>,
 }
 
 #[derive(Debug, Deserialize)]
@@ -57,6 +98,11 @@ pub(super) struct Primitive {
     /// 0 points, 1 to 3 lines, 4 triangles, 5 a strip, 6 a fan.
     #[serde(default = "triangles")]
     pub(super) mode: u32,
+    /// Accessors by name: what each morph target adds to the attributes.
+    #[serde(default)]
+    pub(super) targets: Vec<BTreeMap<String, usize>>,
+    #[serde(default)]
+    pub(super) extensions: Extensions,
 }
 
 fn triangles() -> u32 {
@@ -112,6 +158,8 @@ pub(super) struct BufferView {
     pub(super) byte_offset: usize,
     pub(super) byte_length: usize,
     pub(super) byte_stride: Option<usize>,
+    #[serde(default)]
+    pub(super) extensions: Extensions,
 }
 
 #[derive(Debug, Deserialize)]
