@@ -245,7 +245,8 @@ fn npy_types_and_orders_agree() {
     ] {
         let (points, shape) = cloud_of("a.npy", &file);
         assert_eq!(points, PLACES, "{}", String::from_utf8_lossy(&file[..80]));
-        assert!(shape.notes.is_empty());
+        let of_two = file.windows(7).any(|w| w == b"2, 2, 3");
+        assert_eq!(shape.notes.is_empty(), !of_two, "{:?}", shape.notes);
     }
     let whole: Vec<u8> = (0u8..12).collect();
     assert_eq!(cloud_of("a.npy", npy("'|u1'", false, "4, 3", &whole)).0[3], [9.0, 10.0, 11.0]);
@@ -400,7 +401,7 @@ fn tables_name_their_columns() {
         let (points, shape) = cloud_of("a.txt", text);
         assert_eq!((points, shape.notes.len()), (vec![[1.0, 2.0, 3.0]], 0), "{text}");
     }
-    let notes = cloud_of("a.csv", "lat,lon,alt\n1,2,3\n4,5,6\n").1.notes;
+    let notes = cloud_of("a.csv", "u,v,w\n1,2,3\n4,5,6\n").1.notes;
     assert_eq!(notes, ["no columns are named x, y and z: the first three were taken"]);
     // Words are numbered, and that is said.
     let shape = cloud_of("a.csv", "x,y,z,class\n0,0,0,wall\n1,1,1,roof\n2,2,2,wall\n").1;

@@ -14,6 +14,8 @@ pub(super) struct Roles {
     pub(super) normal: Option<[usize; 3]>,
     pub(super) color: Option<Color>,
     pub(super) label: Option<usize>,
+    /// Whether the coordinates are degrees of longitude and latitude.
+    pub(super) degrees: bool,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -73,6 +75,14 @@ const LABELS: [&str; 17] = [
     "object_id",
 ];
 
+/// Of degrees, and of what stands beside them, also in longer names (`gps_lat`).
+const LONGITUDES: [&str; 4] = ["longitude", "lon", "lng", "long"];
+const LATITUDES: [&str; 2] = ["latitude", "lat"];
+const HEIGHTS: [&str; 9] = ["altitude", "alt", "elevation", "elev", "ele", "height", "z", "depth", "h"];
+/// What is said of them.
+pub(super) const DEGREES: &str = "latitude and longitude are degrees, not lengths, so that the shape is \
+     distorted: project the points to metres first (to UTM, say, with QGIS, PDAL or pyproj)";
+
 /// Names of fields that hold three numbers, with those of their numbers.
 const TRIPLES: [(&[&str], [&str; 3]); 3] = [
     (&["xyz", "point", "points", "position", "positions", "pos", "coord", "coords", "p"], POSITIONS[0]),
@@ -90,24 +100,42 @@ pub(super) fn names_of_parts(field: &str, count: usize) -> Vec<String> {
     (0..count).map(|i| part(i).unwrap_or_else(|| format!("{field}[{i}]"))).collect()
 }
 
+/// A name without its adornments, as CloudCompare and others have them.
+fn plain(name: &str) -> String {
+    let name = name.trim_start_matches("scalar_");
+    name.split(['(', '[']).next().unwrap_or_default().trim().replace([' ', '-', '.'], "_")
+}
+
+/// Where one of the words is a name, or a part of one.
+fn find_word(names: &[String], words: &[&str]) -> Option<usize> {
+    words.iter().find_map(|word| names.iter().position(|name| name.split('_').any(|part| part == *word)))
+}
+
+/// Whether lower-case names speak of degrees of longitude and latitude.
+pub(super) fn name_degrees(names: &[impl AsRef<str>]) -> bool {
+    let names: Vec<String> = names.iter().map(|n| plain(n.as_ref())).collect();
+    find_word(&names, &LONGITUDES).is_some() && find_word(&names, &LATITUDES).is_some()
+}
+
 impl Roles {
     /// By lower-case names; `None` where they don't name three coordinates.
     pub(super) fn of(names: &[impl AsRef<str>]) -> Option<Self> {
-        // As CloudCompare and others adorn them.
-        let plain = |name: &str| {
-            let name = name.trim_start_matches("scalar_");
-            name.split(['(', '[']).next().unwrap_or_default().trim().replace([' ', '-', '.'], "_")
-        };
         let names: Vec<String> = names.iter().map(|n| plain(n.as_ref())).collect();
         let at = |name: &str| names.iter().position(|n| n == name);
         let triple =
             |wanted: &[[&str; 3]]| wanted.iter().find_map(|[a, b, c]| Some([at(a)?, at(b)?, at(c)?]));
+        let degrees = || {
+            let find = |words: &[&str]| find_word(&names, words);
+            Some([find(&LONGITUDES)?, find(&LATITUDES)?, find(&HEIGHTS)?])
+        };
+        let lengths = triple(&POSITIONS);
         let packed = || at("rgb").or_else(|| at("rgba")).map(Color::Packed);
         Some(Self {
-            position: triple(&POSITIONS)?,
+            position: lengths.or_else(degrees)?,
             normal: triple(&NORMALS),
             color: triple(&COLORS).map(Color::Channels).or_else(packed),
             label: LABELS.iter().find_map(|name| at(name)),
+            degrees: lengths.is_none(),
         })
     }
 }
@@ -159,6 +187,9 @@ impl Gatherer {
     /// Hands over; `whole_colors` where channels are whole numbers from 0 to
     /// 255 or 65535, not fractions of 1.
     pub(super) fn finish(self, whole_colors: bool, raw: &mut Raw) {
+        if self.roles.degrees {
+            raw.notes.push(DEGREES.to_owned());
+        }
         let attributes = Attributes {
             colors: colors(&self.colors, whole_colors, &mut raw.notes),
             normals: normals(self.normals),
@@ -170,22 +201,31 @@ impl Gatherer {
 }
 
 /// Colours as bytes: from whole numbers to 255 or 65535, or else from 0 to 1
-/// where none is above 1. One that is no number is black, and noted.
+/// where none is above 1, or from −1 to 1. One that is no number is black, and
+/// noted.
 pub(super) fn colors(values: &[[f32; 3]], whole: bool, notes: &mut Vec<String>) -> Option<Vec<[u8; 3]>> {
     if values.is_empty() {
         return None;
     }
-    let largest = values.iter().flatten().copied().filter(|v| v.is_finite()).fold(0.0, f32::max);
-    let scale = if largest <= 1.0 && !whole {
-        255.0
-    } else if largest <= 255.0 {
-        1.0
-    } else if largest <= 65535.0 {
-        1.0 / 257.0
-    } else {
-        notes.push(format!("colours up to {largest} are on no scale that is known, and were left out"));
+    let finite = || values.iter().flatten().copied().filter(|v| v.is_finite());
+    let (least, largest) = (finite().fold(0.0, f32::min), finite().fold(0.0, f32::max));
+    // What becomes of 1 and of 0; rounding may have led a little below 0.
+    let (one, zero) = if !whole && largest <= 1.0 && (-1.0..-0.05).contains(&least) {
+        (127.5, 127.5)
+    } else if least < -1.0 || largest > 65535.0 {
+        let range = format!("from {least} to {largest}");
+        notes.push(format!("colours {range} are on no scale that is known, and were left out"));
         return None;
+    } else if largest <= 1.0 && !whole {
+        (255.0, 0.0)
+    } else if largest <= 255.0 {
+        (1.0, 0.0)
+    } else {
+        (1.0 / 257.0, 0.0)
     };
+    if zero > 0.0 {
+        notes.push("colours reach below 0: they were taken as −1 for black to 1 for white".to_owned());
+    }
     let broken = values.iter().filter(|rgb| !rgb.iter().all(|v| v.is_finite())).count();
     if broken == values.len() {
         return None;
@@ -194,9 +234,17 @@ pub(super) fn colors(values: &[[f32; 3]], whole: bool, notes: &mut Vec<String>) 
         let colors = counted(broken, "colour is", "colours are");
         notes.push(format!("{colors} not a finite number and taken as black"));
     }
-    let byte = |v: f32| (v * scale).round().clamp(0.0, 255.0) as u8;
+    let byte = |v: f32| (v * one + zero).round().clamp(0.0, 255.0) as u8;
     // NaN becomes 0.
     Some(values.iter().map(|rgb| rgb.map(byte)).collect())
+}
+
+/// The bits of a packed colour that a text writes as a number: as a whole one, or
+/// as the float that the bits are.
+pub(super) fn packed_bits(value: f64) -> u32 {
+    let is_whole = value.fract() == 0.0 && value.abs() <= f64::from(u32::MAX);
+    // Negative where the first byte, of opacity, is taken for a sign.
+    if is_whole { value as i64 as u32 } else { (value as f32).to_bits() }
 }
 
 /// Normals, unless there are none: programs write zeros where they have none.
@@ -230,7 +278,7 @@ pub(super) struct Nameless<'a> {
 }
 
 impl Nameless<'_> {
-    /// What they hold, if it is unmistakable: triples of whole numbers to 255
+    /// What they hold, if it is unmistakable: triples of whole numbers
     /// or of fractions are colours, those of length 1 normals, and a single
     /// column of a few small whole numbers labels.
     pub(super) fn attributes(&self, notes: &mut Vec<String>) -> Attributes {
@@ -260,8 +308,16 @@ impl Nameless<'_> {
             let triples = triples.map(|t| t.map(|v| v as f32));
             match self.kind(at) {
                 Some(Kind::Normals) if found.normals.is_none() => found.normals = Some(triples.collect()),
-                Some(kind @ (Kind::Bytes | Kind::Fractions)) if found.colors.is_none() => {
-                    found.colors = colors(&triples.collect::<Vec<_>>(), kind == Kind::Bytes, notes);
+                Some(kind @ (Kind::Whole | Kind::Fractions)) if found.colors.is_none() => {
+                    found.colors = colors(&triples.collect::<Vec<_>>(), kind == Kind::Whole, notes);
+                }
+                None if self.all(at, |v| (-1.0..=1.0).contains(&v)) && !self.all(at, |v| v >= 0.0) => {
+                    notes.push(format!(
+                        "columns {} to {} lie between −1 and 1, but are no normals of length 1: left out; \
+                         colours are read from 0 to 1 or from 0 to 255",
+                        at + 4,
+                        at + 6
+                    ));
                 }
                 _ => {}
             }
@@ -275,9 +331,15 @@ impl Nameless<'_> {
         found
     }
 
+    /// Whether a test holds for all numbers of three columns.
+    fn all(&self, at: usize, test: fn(f64) -> bool) -> bool {
+        self.values.chunks_exact(self.width).all(|row| row[at..at + 3].iter().all(|v| test(*v)))
+    }
+
     fn kind(&self, at: usize) -> Option<Kind> {
         let triples = || self.values.chunks_exact(self.width).map(|row| [row[at], row[at + 1], row[at + 2]]);
-        let all = |test: fn(f64) -> bool| triples().flatten().all(test);
+        let all = |test: fn(f64) -> bool| self.all(at, test);
+        let is_wide = |channel: usize| triples().any(|t| t[channel] > 255.0);
         let has_length_1 = |t: [f64; 3]| {
             let length = t.iter().map(|v| v * v).sum::<f64>().sqrt();
             length == 0.0 || (length - 1.0).abs() < 0.02
@@ -286,7 +348,10 @@ impl Nameless<'_> {
             Some(Kind::Normals)
         } else if all(|v| v.fract() == 0.0 && (0.0..=255.0).contains(&v)) {
             // Zeros and ones alone may mean anything.
-            triples().flatten().any(|v| v > 1.0).then_some(Kind::Bytes)
+            triples().flatten().any(|v| v > 1.0).then_some(Kind::Whole)
+        } else if all(|v| v.fract() == 0.0 && (0.0..=65535.0).contains(&v)) {
+            // Sixteen bits a channel. Counts and times would not need them in all three.
+            (0..3).all(is_wide).then_some(Kind::Whole)
         } else {
             all(|v| (0.0..=1.0).contains(&v)).then_some(Kind::Fractions)
         }
@@ -318,7 +383,9 @@ impl Nameless<'_> {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
     Normals,
-    Bytes,
+    /// Colours in whole numbers, to 255 or to 65535.
+    Whole,
+    /// Colours from 0 to 1.
     Fractions,
 }
 
@@ -336,6 +403,11 @@ mod tests {
         assert_eq!(roles("x y z rgba").unwrap().color, Some(Color::Packed(3)));
         assert_eq!(roles("x[m] y[m] z[m] class label").unwrap().label, Some(4), "the surer name wins");
         assert_eq!(roles("x y class"), None);
+        let geographic = roles("gps_lat alt gps_lon").unwrap();
+        assert_eq!((geographic.position, geographic.degrees), ([2, 0, 1], true));
+        assert!(
+            !all.degrees && name_degrees(&["id", "lng", "lat"]) && !name_degrees(&["x", "flat", "along"])
+        );
         assert_eq!(names_of_parts("xyz", 3), ["x", "y", "z"]);
         assert_eq!(names_of_parts("fpfh", 2), ["fpfh[0]", "fpfh[1]"]);
     }
@@ -370,7 +442,16 @@ mod tests {
         assert!(notes.is_empty());
         assert_eq!(colors(&[[f32::NAN; 3], [9.0; 3]], true, &mut notes), Some(vec![[0; 3], [9; 3]]));
         assert!(notes[0].contains("1 colour is"), "{notes:?}");
-        assert_eq!(colors(&[[1e6; 3]], true, &mut notes), None);
+        for values in [[1e6; 3], [-7.0, 0.0, 1.0]] {
+            notes.clear();
+            assert_eq!(colors(&[values], false, &mut notes), None);
+            assert!(notes[0].contains("on no scale that is known"), "{notes:?}");
+        }
+        notes.clear();
+        assert_eq!(colors(&[[-1.0, 0.0, 1.0]], false, &mut notes), Some(vec![[0, 128, 255]]));
+        assert!(notes[0].contains("−1 for black to 1 for white"), "{notes:?}");
+        assert_eq!(colors(&[[-0.001, 0.0, 1.0]], false, &mut notes), Some(vec![[0, 0, 255]]));
+        assert_eq!(notes.len(), 1, "a rounding error below 0 is none of a scale");
         assert_eq!(labels(&[1.0, f64::NAN], &mut notes), Some(vec![1, -1]));
         assert_eq!(labels(&[1.5], &mut notes), None);
     }

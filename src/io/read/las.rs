@@ -9,6 +9,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use nalgebra::Point3;
 
+use super::columns::DEGREES;
 use super::most_unpacked;
 use super::raw::Raw;
 use crate::io::Attributes;
@@ -60,6 +61,9 @@ fn points(source: Vec<u8>, header: &Header) -> Result<Raw, Fault> {
         |e: las::Error| Fault::whole(format!("the header can't be made out: {e}; export the scan again"));
     let mut reader = las::Reader::new(Cursor::new(source)).map_err(unreadable)?;
     let mut raw = Raw::default();
+    if reader.header().vlrs().iter().any(is_geographic) {
+        raw.notes.push(DEGREES.to_owned());
+    }
     let (mut colors, mut labels) = (Vec::new(), Vec::new());
     loop {
         let done = raw.points.len();
@@ -84,6 +88,26 @@ fn points(source: Vec<u8>, header: &Header) -> Result<Raw, Fault> {
     let labels = labels.iter().any(|l| *l > 1).then_some(labels);
     raw.attributes = Attributes { colors: bytes_of(&colors), normals: None, labels };
     Ok(raw)
+}
+
+/// Whether a record says that coordinates are longitude and latitude: by the key of
+/// GeoTIFF for the model, or as well-known text.
+fn is_geographic(record: &las::Vlr) -> bool {
+    const MODEL: u16 = 1024;
+    const GEOGRAPHIC: u16 = 2;
+    match record.record_id {
+        34735 => {
+            let words: Vec<u16> =
+                record.data.chunks_exact(2).map(|b| u16::from_le_bytes([b[0], b[1]])).collect();
+            words.chunks_exact(4).any(|key| key[0] == MODEL && key[3] == GEOGRAPHIC)
+        }
+        2112 => {
+            let text = String::from_utf8_lossy(&record.data);
+            ["GEOGCS", "GEOGCRS"].iter().any(|word| text.contains(word))
+                && !["PROJCS", "PROJCRS", "GEOCCS"].iter().any(|word| text.contains(word))
+        }
+        _ => false,
+    }
 }
 
 /// Colours of 16 bits a channel, of which many programs fill the lower 8 only;

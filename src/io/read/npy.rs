@@ -13,12 +13,13 @@ use crate::io::error::Fault;
 use header::{Header, shown};
 
 mod archive;
+mod batch;
 mod header;
 
 pub(super) use archive::parse as parse_archive;
 
 /// Columns that a point may have, where columns have no names.
-const WIDEST: u64 = 16;
+const WIDEST: usize = 16;
 
 pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
     let header = Header::parse(bytes)?;
@@ -44,34 +45,61 @@ struct Array<'a> {
 }
 
 /// How the numbers of an array are points or triples of anything.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone)]
 struct Grid {
-    rows: usize,
+    /// Sides over which the points are spread, the outermost first, each with
+    /// how far it is from one entry to the next.
+    rows: Vec<(usize, usize)>,
+    /// Numbers of a point, and how far it is from one to the next.
     width: usize,
-    /// Whether rows and columns change places.
+    stride: usize,
+    /// Whether the numbers of a point stand in rows, its points in columns.
     turned: bool,
 }
 
 impl Grid {
     /// Rows of at least three numbers, if the shape can mean that.
     fn of(header: &Header) -> Option<Self> {
-        if header.is_structured || header.columns.len() != 1 {
+        if header.is_structured {
             return None;
         }
-        let [rows @ .., width] = &header.shape[..] else { return None };
-        let count = rows.iter().product::<u64>();
-        if rows.is_empty() || header.size == 0 {
+        let mut rows = Self::sides(header)?;
+        let is_point = |(side, _): (usize, usize)| (3..=WIDEST).contains(&side);
+        let (last, before) = (rows.len().checked_sub(1)?, rows.len().checked_sub(2)?);
+        let turned = !is_point(rows[last]) && rows[last].0 > WIDEST && is_point(rows[before]);
+        if !turned && !is_point(rows[last]) {
             return None;
         }
-        let turned = if (3..=WIDEST).contains(width) {
-            false
-        } else if rows.len() == 1 && (3..=WIDEST).contains(&rows[0]) && *width > WIDEST {
-            true
+        let (width, stride) = rows.remove(if turned { before } else { last });
+        Some(Self { rows, width, stride, turned })
+    }
+
+    /// One number each, in an array of any shape.
+    fn of_numbers(header: &Header) -> Option<Self> {
+        Some(Self { rows: Self::sides(header)?, width: 1, stride: 0, turned: false })
+    }
+
+    /// The sides of an array of numbers, with how far it is from one entry to
+    /// the next.
+    fn sides(header: &Header) -> Option<Vec<(usize, usize)>> {
+        if header.columns.len() != 1 || header.size == 0 {
+            return None;
+        }
+        let sides: Option<Vec<usize>> = header.shape.iter().map(|n| usize::try_from(*n).ok()).collect();
+        let mut sides: Vec<(usize, usize)> = sides?.into_iter().map(|side| (side, 1)).collect();
+        let mut stride = 1;
+        let mut set = |(side, step): &mut (usize, usize)| (*step, stride) = (stride, stride * *side);
+        if header.fortran_order {
+            sides.iter_mut().for_each(&mut set);
         } else {
-            return None;
-        };
-        let (rows, width) = if turned { (*width, count) } else { (count, *width) };
-        Some(Self { rows: usize::try_from(rows).ok()?, width: usize::try_from(width).ok()?, turned })
+            sides.iter_mut().rev().for_each(&mut set);
+        }
+        Some(sides)
+    }
+
+    /// Number of points.
+    fn count(&self) -> usize {
+        self.rows.iter().map(|(side, _)| side).product()
     }
 }
 
@@ -94,47 +122,28 @@ impl Array<'_> {
             raw.notes
                 .push(format!("the array is {}: its columns were taken as the points", shown(&header.shape)));
         }
-        let triples = self.rows(grid, 0, 3);
+        let mut triples = self.rows(&grid, 0, 3);
+        let count = batch::points_of_one_shape(&grid, &triples, &shown(&header.shape), &mut raw.notes);
+        triples.truncate(3 * count);
         raw.points = triples.chunks_exact(3).map(|p| [p[0], p[1], p[2]].into()).collect();
         let width = grid.width - 3;
-        let values = self.rows(grid, 3, width);
+        let mut values = self.rows(&grid, 3, width);
+        values.truncate(width * count);
         raw.attributes = Nameless { values: &values, width, scalars_first: false }.attributes(&mut raw.notes);
         Ok(raw)
     }
 
     /// So many columns from the first of them on, row by row.
-    fn rows(&self, grid: Grid, first: usize, width: usize) -> Vec<f64> {
-        let header = &self.header;
-        // Sides from the outermost to the innermost, with how far it is from
-        // one entry to the next.
-        let mut strides = vec![1usize; header.shape.len()];
-        let sides: Vec<usize> = header.shape.iter().map(|n| *n as usize).collect();
-        if header.fortran_order {
-            for i in 1..sides.len() {
-                strides[i] = strides[i - 1] * sides[i - 1];
+    fn rows(&self, grid: &Grid, first: usize, width: usize) -> Vec<f64> {
+        let count = grid.count();
+        let mut values = Vec::with_capacity(count * width);
+        for row in 0..count {
+            let (mut rest, mut at) = (row, 0);
+            for (side, stride) in grid.rows.iter().rev() {
+                at += rest % side * stride;
+                rest /= side;
             }
-        } else {
-            for i in (1..sides.len()).rev() {
-                strides[i - 1] = strides[i] * sides[i];
-            }
-        }
-        let last = sides.len() - 1;
-        let place = |row: usize, column: usize| {
-            if grid.turned {
-                return column * strides[0] + row * strides[1];
-            }
-            let (mut rest, mut at) = (row, column * strides[last]);
-            for i in (0..last).rev() {
-                at += rest % sides[i] * strides[i];
-                rest /= sides[i];
-            }
-            at
-        };
-        let mut values = Vec::with_capacity(grid.rows * width);
-        for row in 0..grid.rows {
-            for column in first..first + width {
-                values.push(self.number(place(row, column)));
-            }
+            values.extend((first..first + width).map(|column| self.number(at + column * grid.stride)));
         }
         values
     }
@@ -143,12 +152,6 @@ impl Array<'_> {
     fn number(&self, element: usize) -> f64 {
         let column = &self.header.columns[0];
         column.scalar.value(&self.body[element * self.header.element..], column.big_endian)
-    }
-
-    /// The numbers of an array of any shape, in the order of the file.
-    fn numbers(&self) -> impl Iterator<Item = f64> {
-        let count = self.header.size as usize / self.header.element.max(1);
-        (0..count).map(|i| self.number(i))
     }
 
     /// Elements with named parts.
@@ -173,6 +176,9 @@ impl Array<'_> {
             _ => true,
         };
         let mut raw = Raw::default();
+        if header.shape.iter().filter(|side| **side > 1).count() > 1 {
+            raw.notes.push(batch::taken_as_one(&shown(&header.shape), count));
+        }
         gatherer.finish(whole, &mut raw);
         Ok(raw)
     }

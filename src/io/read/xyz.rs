@@ -195,7 +195,7 @@ impl Layout {
             }
             Some(Color::Packed(_)) => {
                 let bytes = |bits: u32| [16, 8, 0].map(|shift| (bits >> shift & 0xff) as u8);
-                found.colors = Some(rows().map(|row| bytes(row[at] as u32)).collect());
+                found.colors = Some(rows().map(|row| bytes(columns::packed_bits(row[at]))).collect());
                 at += 1;
             }
             None => {}
@@ -254,6 +254,9 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
     if raw.points.is_empty() {
         return Err(Fault::whole("it has no points; there should be one a line, as x y z"));
     }
+    if head.degrees {
+        raw.notes.push(columns::DEGREES.to_owned());
+    }
     if head.has_other_names {
         raw.notes.push("no columns are named x, y and z: the first three were taken".to_owned());
     }
@@ -289,6 +292,8 @@ struct Head {
     announced: Option<usize>,
     /// Whether names were passed over that are not known.
     has_other_names: bool,
+    /// Whether columns are named longitude and latitude.
+    degrees: bool,
     dialect: Dialect,
     /// Whether tabs part columns, so that these may be empty.
     tabs: bool,
@@ -299,7 +304,7 @@ impl Head {
     fn of(text: &str) -> Self {
         let mut named: Option<Names> = None;
         let mut announced: Option<usize> = None;
-        let (mut rows, mut has_other_names) = (0, false);
+        let (mut rows, mut has_other_names, mut degrees) = (0, false, false);
         for (line_number, whole) in lines(text) {
             let line = trimmed(whole);
             if is_comment(line) {
@@ -322,7 +327,10 @@ impl Head {
                 let is_text =
                     (rows == 1 || named.is_some()) && line.chars().any(char::is_alphabetic) && !has_numbers();
                 if names.is_some() || is_text {
-                    has_other_names |= Dialect::Point.columns(line, false).len() >= 3;
+                    let words = Dialect::Point.columns(line, false);
+                    has_other_names |= words.len() >= 3;
+                    let words: Vec<String> = words.iter().map(|t| unquoted(t).to_lowercase()).collect();
+                    degrees |= columns::name_degrees(&words);
                     named = names.or(named);
                     continue;
                 }
@@ -336,11 +344,13 @@ impl Head {
             // How far into the text this line starts.
             let length = whole.as_ptr() as usize - text.as_ptr() as usize;
             let has_other_names = has_other_names && named.is_none();
+            let degrees = named.as_ref().map_or(degrees, |names| names.roles.degrees);
             return Self {
                 length,
                 lines: line_number - 1,
                 announced,
                 has_other_names,
+                degrees,
                 dialect,
                 tabs,
                 layout,
@@ -348,7 +358,7 @@ impl Head {
         }
         let (dialect, layout) = (Dialect::Point, Layout::by_position(3));
         let length = text.len();
-        Self { length, lines: 0, announced, has_other_names, dialect, tabs: false, layout }
+        Self { length, lines: 0, announced, has_other_names, degrees, dialect, tabs: false, layout }
     }
 
     /// The points of a piece of text that ends with a line.

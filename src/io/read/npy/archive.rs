@@ -107,23 +107,34 @@ pub(in crate::io::read) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
     };
     let mut load = |i: usize| load(&mut zip, members[i], &arrays[i], bytes.len());
     let mut raw = load(points)?.cloud().map_err(|fault| in_array(&arrays[points].0, fault))?;
-    let count = raw.points.len() as u64;
+    let count = raw.points.len();
     raw.notes.push(format!("points are the array “{}”", arrays[points].0));
-    let of_points = |h: &Header| h.shape.first() == Some(&count) && !h.is_structured;
-    if let Some(i) = named(&NORMALS, &|h| is_triples(h) && of_points(h)) {
-        raw.attributes.normals = columns::normals(triples(&load(i)?));
+    // As many as there are points, or spread over the same sides.
+    let about = &arrays[points].1;
+    let sides = if about.is_structured { &about.shape[..] } else { &about.shape[..about.shape.len() - 1] };
+    let of_points = |h: &Header, numbers: usize| {
+        let of = |sides: &[u64]| {
+            h.shape.strip_prefix(sides).is_some_and(|rest| rest.iter().product::<u64>() == numbers as u64)
+        };
+        !h.is_structured && (of(&[count as u64]) || of(sides))
+    };
+    if let Some(i) = named(&NORMALS, &|h| is_triples(h) && of_points(h, 3)) {
+        raw.attributes.normals = columns::normals(triples(&load(i)?, count));
     }
-    if let Some(i) = named(&COLORS, &|h| of_points(h) && Grid::of(h).is_some_and(|g| g.width <= 4)) {
+    if let Some(i) = named(&COLORS, &|h| (3..=4).any(|n| of_points(h, n)) && Grid::of(h).is_some()) {
         let whole = !arrays[i].1.columns[0].scalar.is_float();
-        raw.attributes.colors = columns::colors(&triples(&load(i)?), whole, &mut raw.notes);
+        raw.attributes.colors = columns::colors(&triples(&load(i)?, count), whole, &mut raw.notes);
     }
-    if let Some(i) = named(&LABELS, &|h| of_points(h) && h.shape[1..].iter().all(|n| *n == 1)) {
-        let values: Vec<f64> = load(i)?.numbers().collect();
+    if let Some(i) = named(&LABELS, &|h| of_points(h, 1)) {
+        let array = load(i)?;
+        let mut values =
+            Grid::of_numbers(&array.header).map(|grid| array.rows(&grid, 0, 1)).unwrap_or_default();
+        values.truncate(count);
         raw.attributes.labels = columns::labels(&values, &mut raw.notes).or(raw.attributes.labels);
     }
     if let Some(i) = faces.filter(|_| Some(points) == vertices) {
         let array = load(i)?;
-        let indices = Grid::of(&array.header).map(|grid| array.rows(grid, 0, 3)).unwrap_or_default();
+        let indices = Grid::of(&array.header).map(|grid| array.rows(&grid, 0, 3)).unwrap_or_default();
         for face in indices.chunks_exact(3) {
             if face.iter().all(|v| (0.0..count as f64).contains(v)) {
                 raw.triangles.push([face[0] as u32, face[1] as u32, face[2] as u32]);
@@ -181,8 +192,9 @@ fn load(
     Ok(Array { header: header.clone(), body: Cow::Owned(body) })
 }
 
-/// The first three numbers of each row.
-fn triples(array: &Array<'_>) -> Vec<[f32; 3]> {
+/// The first three numbers of so many rows.
+fn triples(array: &Array<'_>, count: usize) -> Vec<[f32; 3]> {
     let Some(grid) = Grid::of(&array.header) else { return Vec::new() };
-    array.rows(grid, 0, 3).chunks_exact(3).map(|t| [t[0] as f32, t[1] as f32, t[2] as f32]).collect()
+    let rows = array.rows(&grid, 0, 3);
+    rows.chunks_exact(3).take(count).map(|t| [t[0] as f32, t[1] as f32, t[2] as f32]).collect()
 }
