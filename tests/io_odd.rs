@@ -4,6 +4,8 @@
 
 mod io_common;
 
+use std::io::{Cursor, Write};
+
 use io_common::{f64s, npy, npz, pcd};
 use superform::io::{ShapeGeometry, read_bytes};
 
@@ -297,12 +299,17 @@ fn odd_gltf() {
         ("a.gltf", text(&deep), Refused("line 1")),
         ("a.gltf", nodes(r#"[{"children": [0]}]"#), Refused("node 0 hangs below more than one other")),
         ("a.gltf", nodes(r#"[{"children": [1]}, {"children": [0]}]"#), Refused("node 0 hangs below")),
+        (
+            "a.gltf",
+            text(r#"{"asset": {"version": "2.0"}, "nodes": [{"children": [1]}, {"children": [0]}]}"#),
+            Refused("below each other in a circle"),
+        ),
         ("a.gltf", nodes(r#"[{"mesh": 7}]"#), Refused("mesh 7, but has 0")),
         ("a.gltf", buffer("a.bin"), Refused("is a file of its own; embed it")),
         ("a.gltf", buffer("/etc/passwd"), Refused("lies elsewhere")),
         ("a.gltf", buffer("data:;base64,!!!!"), Refused("buffer 0 is no base64")),
         ("a.gltf", text(r#"{"asset": {"version": "2.0"}, "nodes": 7}"#), Refused("line 1")),
-        ("a.json", text(r#"{"type": "FeatureCollection"}"#), Refused("in no format")),
+        ("a.json", text(r#"{"type": "FeatureCollection"}"#), Refused("a GeoJSON map")),
     ]);
 }
 
@@ -355,5 +362,85 @@ fn odd_clouds() {
         ("a.xyz", text(&format!("{}1 2 3\n", "# a long comment\n".repeat(10_000))), Cloud(1, "")),
         ("a.xyz", text("1e400 0 0\n1 1 1\n"), Cloud(2, "1 point has")),
         ("a.pts", text("99999999999999999999\n1 2 3\n"), Refused("line 1")),
+    ]);
+}
+
+/// What a file is that can't be read, by its content first, then by its ending.
+#[test]
+fn other_formats_have_their_names() {
+    let archive = |names: &[&str]| {
+        let mut zip = zip::ZipWriter::new(Cursor::new(Vec::new()));
+        for name in names {
+            zip.start_file(*name, zip::write::SimpleFileOptions::default()).unwrap();
+            zip.write_all(b"something").unwrap();
+        }
+        zip.finish().unwrap().into_inner()
+    };
+    let step = "ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('IFC4'));\n";
+    let iges = format!("{:72}S      1\n", "");
+    let numbers = "1 2 3\n4 5 6\n";
+    expect(vec![
+        // By what is in an archive, whatever it is called.
+        ("a.zip", archive(&["[Content_Types].xml", "3D/3dmodel.model"]), Refused("a 3MF model")),
+        ("a", archive(&["scene.usdc", "0/texture.png"]), Refused("a USDZ scene")),
+        ("model.bin", archive(&["archive/data.pkl", "archive/version"]), Refused("a PyTorch file")),
+        ("a.zip", archive(&["[Content_Types].xml", "word/document.xml"]), Refused("a Word document")),
+        (
+            "a.xyz",
+            archive(&["[Content_Types].xml", "xl/workbook.xml"]),
+            Refused("sheet with the points as CSV"),
+        ),
+        ("a.zip", archive(&["doc.kml", "models/a.dae"]), Refused("a KMZ map")),
+        ("a.zip", archive(&["Document.xml", "GuiDocument.xml"]), Refused("a FreeCAD document")),
+        ("a.zip", archive(&["a.obj"]), Refused("a ZIP archive, which can't be read; unpack it")),
+        ("a.npz", archive(&["readme.txt"]), Refused("an NPZ archive without arrays")),
+        ("a.npz", archive(&[]), Refused("an NPZ archive without arrays")),
+        // By the ending, where the content only tells how it is packed.
+        ("a.3mf", b"PK\x03\x04cut short".to_vec(), Refused("a 3MF model")),
+        (
+            "a.blend",
+            b"\x28\xb5\x2f\xfd0".to_vec(),
+            Refused("a Blender scene, which can't be read; export it"),
+        ),
+        ("a.pth", b"\x80\x02\x8a\x0a".to_vec(), Refused("a PyTorch file")),
+        ("a.ply.gz", b"\x1f\x8b\x08\0".to_vec(), Refused("a gzip archive")),
+        ("a.max", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1".to_vec(), Refused("a scene of 3ds Max")),
+        ("a.db3", b"SQLite format 3\0".to_vec(), Refused("a ROS bag")),
+        ("a.7z", b"7z\xbc\xaf\x27\x1c\0".to_vec(), Refused("a 7-Zip archive")),
+        ("a.rar", b"Rar!\x1a\x07".to_vec(), Refused("a RAR archive")),
+        // By the first bytes.
+        ("a.ply", b"Kaydara FBX Binary  \0".to_vec(), Refused("an FBX scene")),
+        ("a.stl", b"BLENDER-v300".to_vec(), Refused("a Blender scene")),
+        ("a", b"\xd4\xc3\xb2\xa1\x02\0\x04\0".to_vec(), Refused("a recording of a network (PCAP)")),
+        ("a.las", b"ASTM-E57\x01\0\0\0".to_vec(), Refused("an E57 point cloud")),
+        ("a.obj", b"b3dm\x01\0\0\0".to_vec(), Refused("a tile of 3D Tiles")),
+        ("a", b"\xff\xfe\xff\x0eS\0k\0e\0t\0c\0h\0U\0p\0".to_vec(), Refused("a SketchUp model")),
+        ("a.tif", b"II*\0\x08\0\0\0".to_vec(), Refused("a picture (TIFF)")),
+        // By the first words.
+        ("a.ifc", text(step), Refused("an IFC building model")),
+        ("a.stp", text("ISO-10303-21;\nHEADER;\nFILE_SCHEMA(('AP214'));\n"), Refused("a STEP model")),
+        ("a.txt", text(&iges), Refused("an IGES model")),
+        ("a.vtk", text("# vtk DataFile Version 3.0\n"), Refused("a VTK file")),
+        ("a.vtp", text("<?xml version=\"1.0\"?>\n<VTKFile type=\"PolyData\">\n"), Refused("a VTK file")),
+        ("a.wrl", text("#VRML V2.0 utf8\n"), Refused("a VRML scene")),
+        ("a.x3d", text("<?xml version=\"1.0\"?>\n<!DOCTYPE X3D>\n<X3D>\n"), Refused("an X3D scene")),
+        ("a.amf", text("<?xml version=\"1.0\"?>\n<amf unit=\"inch\">\n"), Refused("an AMF model")),
+        ("a.urdf", text("<robot name=\"a\">\n"), Refused("a URDF robot")),
+        ("a.kml", text("<?xml version=\"1.0\"?>\n<kml>\n"), Refused("a KML map")),
+        ("a.mtl", text("# Blender MTL File\nnewmtl a\n"), Refused("a material library (MTL)")),
+        // JSON and lists, which are no rows of text.
+        ("a.json", text("[[1, 2, 3], [4, 5, 6]]"), Refused("a list in brackets (JSON or Python)")),
+        ("a.txt", text("[(1, 2, 3), (4, 5, 6)]"), Refused("save the points as an array (.npy")),
+        ("a.json", text("[\n  [1, 2, 3],\n  [4, 5, 6]\n]\n"), Refused("a list in brackets")),
+        ("a.json", text("[{\"x\": 1, \"y\": 2, \"z\": 3}]"), Refused("a list in brackets")),
+        ("a.json", text("{\"points\": [\n[1, 2, 3],\n[4, 5, 6]\n]}"), Refused("a JSON file")),
+        ("a.txt", text("[[1. 2. 3.]\n [4. 5. 6.]]\n"), Cloud(2, "")),
+        ("a.txt", text("[[1, 2, 3],\n [4, 5, 6]]\n"), Cloud(2, "")),
+        // By the ending alone, where rows of numbers may stand in anything.
+        ("a.sat", text(numbers), Refused("an ACIS model")),
+        ("a.rcp", vec![7, 0, 9, 1], Refused("a ReCap point cloud")),
+        ("a.dae", text("nothing"), Refused("a COLLADA scene")),
+        ("a.dat", text(numbers), Cloud(2, "")),
+        ("a.3ds", text(OBJ), Mesh(3, 1, "")),
     ]);
 }

@@ -344,7 +344,7 @@ fn other_formats_are_named() {
     let primitives = "{\"format\": \"superform-primitives\", \"version\": 1}";
     assert!(matches!(read_as("a.json", primitives), Err(ReadError::Primitives { .. })));
     assert!(matches!(read_as("a.xyz", b"\x89Superform\n"), Err(ReadError::Session { .. })));
-    assert!(refusal("a.doc", "Dear all,\nhello\n").contains("in no format that can be read"));
+    assert!(refusal("a", "Dear all,\nhello\n").contains("in no format that can be read"));
     assert!(refusal("a.ply", "").contains("empty"));
     assert!(refusal("a.ply", "plywood").contains("line 1"));
 }

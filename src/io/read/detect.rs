@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{gltf, off, pcd, stl, text, xyz};
 use crate::io::error::ReadError;
-use foreign::{foreign_binary, foreign_text};
+use foreign::{foreign_binary, foreign_ending, foreign_json, foreign_text};
 
 mod foreign;
 
@@ -78,13 +78,13 @@ pub(super) fn format(bytes: &[u8], path: &Path) -> Result<Format, ReadError> {
         return Ok(Format::Npz);
     }
     let unsupported = |(what, advice)| Err(ReadError::Unsupported { path: path.to_owned(), what, advice });
-    if let Some(known) = foreign_binary(head) {
+    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
+    if let Some(known) = foreign_binary(bytes, &ending) {
         return unsupported(known);
     }
     if stl::is_binary(bytes) {
         return Ok(Format::Stl);
     }
-    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
     let text = text::decode(head);
     if text.starts_with("ply\n") || text.starts_with("ply\r") {
         return Ok(Format::Ply);
@@ -100,9 +100,19 @@ pub(super) fn format(bytes: &[u8], path: &Path) -> Result<Format, ReadError> {
         if text.trim_start().starts_with('{') && text.contains("\"superform-primitives\"") {
             return Err(ReadError::Primitives { path: path.to_owned() });
         }
-        if let Some(format) = text_format(&text, tail) {
-            return Ok(format);
+        let is_gltf = gltf::is_gltf(&text, tail) || Format::of_ending(&ending) == Some(Format::Gltf);
+        if let Some(known) = foreign_json(&text).filter(|_| !is_gltf) {
+            return unsupported(known);
         }
+        match text_format(&text, tail) {
+            // Rows of numbers may stand in anything.
+            Some(Format::Xyz) if foreign_ending(&ending).is_some() => {}
+            Some(format) => return Ok(format),
+            None => {}
+        }
+    }
+    if let Some(known) = foreign_ending(&ending).filter(|_| ending != "npz") {
+        return unsupported(known);
     }
     // The content tells nothing: trust the name, and let the parser say what
     // it stumbles over. Of formats with a mark of their own, the mark is gone.
