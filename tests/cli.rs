@@ -210,7 +210,8 @@ fn bad_input_gives_one_clear_message_and_no_files() {
         ("mesh.stl", "solid x\nfacet normal 0 0 1\n", "no triangles"),
         ("scan.pcd", "# .PCD v0.7\n", "line 2"),
         ("scan.e57", "ASTM-E57 and more", "an E57 point cloud"),
-        ("letter.doc", "Dear all", "no format that can be read"),
+        ("letter.doc", "Dear all", "is a document, which can't be read"),
+        ("letter", "Dear all", "no format that can be read"),
         ("one.xyz", "1 2 3\n", "one.xyz"),
         ("nan.xyz", "nan nan nan\n", "finite"),
     ] {
@@ -222,9 +223,36 @@ fn bad_input_gives_one_clear_message_and_no_files() {
         assert!(output.stdout.is_empty());
         assert!(!folder.path().join("out").exists());
     }
-    let output = superform(folder.path(), &["run", "missing.obj", "-o", "out"]);
+    for (input, words) in [
+        ("missing.obj", "missing.obj: there is no such file or folder; check the name"),
+        ("one.xyz/a.obj", "a part of its path is a file, not a folder; check the path"),
+    ] {
+        let output = superform(folder.path(), &["run", input, "-o", "out"]);
+        assert_eq!(output.status.code(), Some(1));
+        assert!(stderr(&output).contains(words), "{}", stderr(&output));
+    }
+}
+
+#[test]
+fn a_run_that_finds_nothing_is_a_failure() {
+    let folder = tempfile::tempdir().unwrap();
+    let points =
+        |i: u32| [0.618_034, 0.754_877, 0.569_840].map(|step| (f64::from(i) * step).fract().to_string());
+    let text: String = (0..30).map(|i| points(i).join(" ") + "\n").collect();
+    fs::write(folder.path().join("few.xyz"), &text).unwrap();
+    fs::write(folder.path().join("fewer.xyz"), &text).unwrap();
+    let run = |inputs: &[&str]| {
+        superform(folder.path(), &[&["run"], inputs, &["-o", "out", "--method", "hierarchical-ems"]].concat())
+    };
+    let words = "no primitive was found: none of the 30 samples lies on one; give a shape with more points";
+    let output = run(&["few.xyz"]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(stderr(&output).contains("missing.obj"));
+    assert!(stderr(&output).contains(words), "{}", stderr(&output));
+    assert!(output.stdout.is_empty() && !folder.path().join("out").exists());
+    // One of many fails as many do.
+    let output = run(&["few.xyz", "fewer.xyz"]);
+    assert_eq!(output.status.code(), Some(12));
+    assert!(stderr(&output).contains(words), "{}", stderr(&output));
 }
 
 #[test]

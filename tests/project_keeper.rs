@@ -220,7 +220,10 @@ fn trouble_with_the_disk_is_told_once_and_over_when_it_is_over() {
     let session = workspace(material().document(2), &[], &[]);
     keeper.keep(session.clone());
     let text = wait(&mut keeper, |event| if let Event::NotKept(text) = event { Some(text) } else { None });
-    assert!(text.contains("state") && text.contains("make room"), "{text}");
+    assert!(
+        text.contains("state") && text.contains("save the session elsewhere") && !text.contains("room"),
+        "{text}"
+    );
     keeper.keep(session.clone());
     keeper.save(place.path().join("a.superform"), session.clone());
     let next = keeper.next_event(PATIENCE).unwrap();

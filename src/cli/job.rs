@@ -118,7 +118,9 @@ fn infer(
         }));
         watch(Stage::Step { iteration: run.iteration(), clusters });
     }
-    Ok(run.abstraction())
+    let abstraction = run.abstraction();
+    abstraction.check()?;
+    Ok(abstraction)
 }
 
 /// Runs `work` and adds the time it took to `spent`.

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use serde::{Deserialize, Serialize};
 
+use super::InferenceError;
 use crate::geometry::Superquadric;
 
 /// The label of a point that belongs to no primitive.
@@ -57,6 +58,19 @@ pub struct Abstraction {
     pub pinned: Arc<[u32]>,
     pub primitives: Arc<[Primitive]>,
     pub figures: Figures,
+}
+
+impl Abstraction {
+    /// Refuses the end of a run that found nothing.
+    ///
+    /// # Errors
+    /// [`InferenceError::NoPrimitives`].
+    pub fn check(&self) -> Result<(), InferenceError> {
+        if self.primitives.is_empty() {
+            return Err(InferenceError::NoPrimitives { points: self.labels.len() });
+        }
+        Ok(())
+    }
 }
 
 /// Figures of one state.

@@ -47,10 +47,18 @@ impl Cancel {
 #[derive(Debug, thiserror::Error)]
 pub enum InferenceError {
     #[error(
-        "the cloud has {points} distinct points, but a primitive needs more than {SMALLEST_CLUSTER}; \
-         use a denser cloud"
+        "there {are} {points} distinct {noun}, but a primitive needs more than {SMALLEST_CLUSTER}; give a \
+         cloud with more points, or a mesh with its faces",
+        are = if *points == 1 { "is" } else { "are" },
+        noun = if *points == 1 { "point" } else { "points" },
     )]
     TooFewPoints { points: usize },
+    /// A run came to its end without a result.
+    #[error(
+        "no primitive was found: none of the {points} samples lies on one; give a shape with more points or \
+         less noise, or take another method or a lower p0"
+    )]
+    NoPrimitives { points: usize },
     #[error("{0}")]
     Params(String),
     /// A saved state that no run can go on from.
@@ -349,7 +357,8 @@ impl Sampler {
             .collect();
         let assigned: usize = primitives.iter().map(|p| p.points).sum();
         let unassigned = state.labels.len() - assigned;
-        let sum: f64 = primitives.iter().map(|p| p.mean_distance * p.points as f64).sum();
+        // The sum of nothing would be −0.
+        let sum = primitives.iter().fold(0.0, |sum, p| sum + p.mean_distance * p.points as f64);
         Abstraction {
             phase: self.phase,
             iteration: state.iteration,

@@ -4,6 +4,7 @@ use std::fmt;
 use std::path::PathBuf;
 
 use super::Format;
+use super::wording::{on_reading, on_writing};
 
 /// The formats that can be read, for messages.
 pub(super) const FORMATS: &str =
@@ -30,7 +31,7 @@ impl fmt::Display for Place {
 /// Why a shape can't be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    #[error("can't open {path}: {reason}; check the name and that you may read it", path = path.display())]
+    #[error("can't open {path}: {}", on_reading(reason), path = path.display())]
     Open { path: PathBuf, reason: std::io::Error },
     #[error("{path} is not a file; give the name of a mesh or a point cloud", path = path.display())]
     NotAFile { path: PathBuf },
@@ -87,7 +88,7 @@ impl Fault {
 /// stood at the place is as it was.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    #[error("can't write {path}: {reason}; choose another folder or make room", path = path.display())]
+    #[error("can't write {path}: {}", on_writing(reason), path = path.display())]
     Io { path: PathBuf, reason: std::io::Error },
     #[error("can't write {path}: a folder of that name is in the way", path = path.display())]
     IsAFolder { path: PathBuf },

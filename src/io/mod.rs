@@ -3,6 +3,7 @@
 
 mod error;
 mod read;
+mod wording;
 mod write;
 
 use std::path::PathBuf;
@@ -22,6 +23,7 @@ pub use read::{
     SESSION_ENDING, SHAPE_ENDINGS, built_in, has_session_ending, has_shape_ending, holds_primitives, read,
     read_bytes, shape_of,
 };
+pub use wording::{cause, harmless, on_reading, on_writing};
 pub use write::{
     AnimationFormat, AnimationWriter, Choice, ExportOptions, Exported, Format, Kind, LARGEST_GIF, Outcome,
     PRIMITIVES_FILE, PhaseTimes, PrimitiveSet, REPORT_FILE, RunRecord, SEGMENTED_FILE, estimated_size,

@@ -3,11 +3,12 @@
 use std::path::PathBuf;
 
 use super::container::VERSION;
+use crate::io::on_reading;
 
 /// Why a session can't be opened. The present session stays as it is.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    #[error("can't open {path}: {reason}; check the name and that you may read it", path = path.display())]
+    #[error("can't open {path}: {}", on_reading(reason), path = path.display())]
     Open { path: PathBuf, reason: std::io::Error },
     #[error("{path} is not a file; give the name of a session (.superform)", path = path.display())]
     NotAFile { path: PathBuf },

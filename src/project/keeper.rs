@@ -10,6 +10,7 @@ use super::folder::{Claim, last_session};
 use super::journal::Journal;
 use super::reading::{self, Opened};
 use super::saving::save;
+use crate::io::cause;
 use crate::session::keeping::Found;
 use crate::session::workspace::Workspace;
 use crate::worker::Outbox;
@@ -270,8 +271,8 @@ impl<F: Fn(Event)> Desk<F> {
             Err(error) => {
                 tracing::warn!("the session can't be kept: {error}");
                 if !std::mem::replace(&mut self.is_failing, true) {
-                    let text =
-                        format!("{}: {error}; make room, or save the session elsewhere", folder.display());
+                    let (folder, why) = (folder.display(), cause(&error));
+                    let text = format!("{folder}: {why}; put that right, or save the session elsewhere");
                     (self.tell)(Event::NotKept(text));
                 }
             }

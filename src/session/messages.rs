@@ -5,6 +5,7 @@ use std::time::{Duration, Instant};
 
 use super::Action;
 use crate::inference::{Algorithm, Occurrence};
+use crate::io::harmless;
 use crate::worker::Snapshot;
 
 /// Messages that are kept; older ones are dropped.
@@ -160,8 +161,12 @@ impl Messages {
         self.add(Message::new(level, what).because(why));
     }
 
-    /// Says a message.
-    pub fn add(&mut self, message: Message) {
+    /// Says a message. Names of files in it may hold any character.
+    pub fn add(&mut self, mut message: Message) {
+        let Message { what, why, advice, chain, .. } = &mut message;
+        for text in [what, why, advice].into_iter().chain(chain) {
+            *text = harmless(text).into_owned();
+        }
         self.count += 1;
         if self.kept.len() == KEPT {
             self.kept.pop_front();
@@ -276,6 +281,8 @@ mod tests {
         assert!(messages.iter().len() == 0 && messages.since(0).next().is_none());
         messages.push(Level::Note, "next", "");
         assert_eq!(messages.get(messages.count()).map(|m| m.what.as_str()), Some("next"));
+        messages.push(Level::Note, "a\u{1b}[2J\nb.ply", "");
+        assert_eq!(messages.get(messages.count()).map(|m| m.what.as_str()), Some("a\\u{1b}[2J\\nb.ply"));
     }
 
     #[test]

@@ -5,12 +5,14 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
+use nalgebra::Point3;
+
 use super::machine::Machine;
 use super::*;
-use crate::geometry::SampleCloud;
+use crate::geometry::{SampleCloud, Superquadric};
 use crate::inference::{
     Abstraction, Cancel, Checkpoint, Edit, Figures, InferenceError, MergeProposal, MergeReport, Occurrence,
-    Params, Phase, UNASSIGNED, checkpoint,
+    Params, Phase, Primitive, UNASSIGNED, checkpoint,
 };
 
 mod renewing;
@@ -20,6 +22,7 @@ const PATIENCE: Duration = Duration::from_secs(20);
 /// The seed tells the scripted machine how to behave.
 const WELL_BEHAVED: u64 = 1;
 const PANICS_AT_THIRD: u64 = 2;
+const FINDS_NOTHING: u64 = 3;
 const STALLS_AT_THIRD: u64 = 10;
 /// As those that stall, until the gate is opened.
 const WAITS_AT_THIRD: u64 = 20;
@@ -128,12 +131,15 @@ impl Machine for Scripted {
         Ok(Some(MergeReport { merged: (self.merges, 9), into: 9, reason: String::new() }))
     }
     fn abstraction(&self) -> Abstraction {
+        let shape = Superquadric::sphere(Point3::origin(), 1.0);
+        let found = Primitive { id: 1, shape, sigma: 0.1, points: 0, mean_distance: 0.0, locked: false };
+        let primitives = if self.params.seed == FINDS_NOTHING { Vec::new() } else { vec![found] };
         Abstraction {
             phase: Phase::Sampling,
             iteration: self.iteration,
             labels: vec![UNASSIGNED; self.points].into(),
             pinned: [].into(),
-            primitives: Vec::new().into(),
+            primitives: primitives.into(),
             figures: Figures { clusters: self.merges as usize, ..Figures::default() },
         }
     }
@@ -205,6 +211,20 @@ fn a_run_shows_every_iteration_once_and_in_order() {
         panic!("no snapshot")
     };
     assert_eq!((last.generation, last.run), (1, 2));
+}
+
+#[test]
+fn a_run_that_finds_nothing_says_so_at_its_end() {
+    for (seed, failed) in [(WELL_BEHAVED, 0), (FINDS_NOTHING, 1)] {
+        let mut worker = worker();
+        load(&mut worker, seed);
+        worker.send(Command::Run);
+        let events = until_idle(&mut worker);
+        assert_eq!(failures(&events), failed, "{events:?}");
+        let said =
+            |e: &Event| matches!(e, Event::Failed { error, .. } if error.contains("no primitive was found"));
+        assert_eq!(events.iter().filter(|e| said(e)).count(), failed);
+    }
 }
 
 #[test]

@@ -8,6 +8,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use crate::cli::headless::primitives;
 use crate::cli::job::Stage;
 use crate::cli::say;
+use crate::io::harmless;
 
 /// Bars where standard error is a terminal (one for the whole, and a line a job
 /// that is under way), a line a finished job elsewhere, or nothing.
@@ -34,7 +35,7 @@ impl Line {
     pub(super) fn begin(&self, name: &str) {
         if let Some(bar) = &self.0 {
             bar.reset();
-            bar.set_prefix(name.to_owned());
+            bar.set_prefix(harmless(name).into_owned());
             bar.enable_steady_tick(Duration::from_millis(200));
         }
     }

@@ -4,7 +4,6 @@ use std::fs::{self, File, OpenOptions};
 use std::io::{self as stdio, Write};
 use std::path::{Path, PathBuf};
 
-use anyhow::Context;
 use serde::{Deserialize, Serialize};
 
 use super::Job;
@@ -167,7 +166,7 @@ impl Place {
             // Made on the desk: there nothing stays if this is killed.
             let made = self.desk.join(path.file_name().unwrap_or(path.as_os_str()));
             io::write_whole(&made, &content)?;
-            fs::rename(&made, path).with_context(|| about(path))?;
+            fs::rename(&made, path).map_err(failed(path))?;
         }
         Ok(self.csv.clone())
     }
@@ -177,7 +176,7 @@ impl Tables {
     /// Makes the tables with the rows that are there already.
     pub(super) fn start(place: Place, rows: &[Row]) -> anyhow::Result<Self> {
         place.write(rows)?;
-        let open = |path: &Path| OpenOptions::new().append(true).open(path).with_context(|| about(path));
+        let open = |path: &Path| OpenOptions::new().append(true).open(path).map_err(failed(path));
         let files = [open(&place.csv)?, open(&place.json_lines)?];
         Ok(Self { place, files })
     }
@@ -188,7 +187,7 @@ impl Tables {
         for ((file, line), path) in
             self.files.iter_mut().zip(lines).zip([&self.place.csv, &self.place.json_lines])
         {
-            file.write_all(&line).with_context(|| about(path))?;
+            file.write_all(&line).map_err(failed(path))?;
         }
         Ok(())
     }
@@ -205,8 +204,8 @@ fn paths(folder: &Path, table: &str) -> (PathBuf, PathBuf) {
     (folder.join(format!("{table}.csv")), folder.join(format!("{table}.jsonl")))
 }
 
-fn about(path: &Path) -> String {
-    format!("can't keep the results in {}; make room", path.display())
+fn failed(path: &Path) -> impl FnOnce(stdio::Error) -> io::WriteError {
+    |reason| io::WriteError::Io { path: path.to_owned(), reason }
 }
 
 fn csv_lines(rows: &[Row], header: bool) -> anyhow::Result<Vec<u8>> {

@@ -5,8 +5,10 @@ use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use anyhow::Context;
+use anyhow::{Context, anyhow};
 use serde::{Deserialize, Serialize};
+
+use crate::io::on_writing;
 
 /// The figures of one run: one line of `runs.jsonl`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -65,7 +67,8 @@ impl Store {
     pub(super) fn add(&mut self, row: Row) -> anyhow::Result<()> {
         let mut line = serde_json::to_vec(&row)?;
         line.push(b'\n');
-        self.file.write_all(&line).context("can't keep a finished run; make room")?;
+        let failed = |e| anyhow!("can't keep a finished run: {}", on_writing(&e));
+        self.file.write_all(&line).map_err(failed)?;
         self.rows.push(row);
         Ok(())
     }

@@ -20,7 +20,7 @@ mod xyz;
 use std::io::Read;
 use std::path::{Path, PathBuf};
 
-use super::{ReadError, Shape};
+use super::{ReadError, Shape, harmless};
 use detect::Format;
 
 pub(crate) use gltf::percent_decoded;
@@ -90,7 +90,8 @@ fn shape(format: Format, bytes: &[u8], path: &Path, folder: Option<&Path>) -> Re
         Format::Npz => npy::parse_archive(bytes),
         Format::Xyz => xyz::parse(&text::decode(bytes)),
     };
-    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    let name = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy();
+    let name = harmless(&name).into_owned();
     parsed.and_then(|raw| raw.checked(name)).map_err(|fault| fault.in_file(path.to_owned()))
 }
 

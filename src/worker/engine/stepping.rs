@@ -4,6 +4,7 @@ use std::time::{Duration, Instant};
 
 use super::super::machine::Machine;
 use super::super::protocol::{Cause, Event};
+use super::super::source;
 use super::super::trouble::{Stop, guarded};
 use super::{Engine, Work};
 use crate::inference::{MergeReport, Occurrence};
@@ -113,8 +114,13 @@ impl<M: Machine> Engine<M> {
         let mut done = self.work == Work::StepIteration;
         match step {
             Step::Iterated(occurrences) => {
-                done |= self.present.as_ref().is_none_or(|p| p.machine.is_finished());
+                let is_finished = self.present.as_ref().is_none_or(|p| p.machine.is_finished());
+                done |= is_finished;
                 self.emit_step(Cause::Step, occurrences);
+                let result = self.present.as_ref().filter(|_| is_finished).map(|p| p.abstraction.check());
+                if let Some(Err(error)) = result {
+                    self.fail("The run ended without a result", source::chain(&error));
+                }
             }
             Step::Merged(Some(report)) => {
                 self.emit_step(Cause::Merge, vec![Occurrence::Merged(report.clone())]);
