@@ -6,7 +6,7 @@ use std::path::Path;
 use super::schema::{Accessor, Root};
 use super::{buffers, entry, extensions};
 use crate::io::error::Fault;
-use crate::io::read::text::quoted;
+use crate::io::read::text::shortened;
 
 /// How a number is stored.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -111,7 +111,7 @@ impl<'a> Data<'a> {
             _ => 0,
         };
         if width < N {
-            let other = quoted(&about.kind);
+            let other = shortened(&about.kind, 24);
             let problem = format!("accessor {accessor} holds {other} where it should hold VEC{N}");
             return Err(Fault::whole(problem));
         }
