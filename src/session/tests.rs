@@ -300,7 +300,7 @@ fn work_goes_on_where_the_thread_that_computes_has_ended() {
 
 /// Another shape than all before.
 fn open_another(session: &mut Session) -> Vec<Effect> {
-    let effects = session.apply(Action::OpenDropped(vec![PathBuf::from("other.obj")]));
+    let effects = session.apply(Action::OpenDropped(vec![PathBuf::from("other.obj")].into()));
     session.absorb(Event::Activity(Activity::Loading));
     session.absorb(Event::Loaded(loaded()));
     session.absorb(snapshot(&[7], Phase::Start, 0, vec![]));

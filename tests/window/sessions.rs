@@ -98,7 +98,7 @@ fn a_session_is_saved_opened_and_everything_is_back() {
 fn another_shape_is_not_saved_over_the_session_of_the_first() {
     let folder = tempfile::tempdir().unwrap();
     let [first, second] = ["first.superform", "second.superform"].map(|name| folder.path().join(name));
-    let other = file(&folder, "other.obj", include_str!("../assets/chair.obj"));
+    let other = file(&folder, "other.obj", include_str!("../../assets/chair.obj"));
     let save = |driver: &mut Driver, path: &Path| {
         driver.key(Modifiers::COMMAND, Key::S);
         driver.type_path(path.to_str().unwrap());

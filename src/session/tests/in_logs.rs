@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use super::*;
 use crate::geometry::palette::Colors;
 use crate::geometry::{Bulk, TriMesh};
-use crate::inference::{Edit, MergeProposal};
+use crate::inference::{Edit, MergeProposal, Primitive};
 use crate::io::ExportOptions;
 use crate::session::selection::Select;
 use crate::worker::{
@@ -69,6 +69,7 @@ fn messages_from_and_to_the_worker_are_short_however_large_the_shape() {
     let states = vec![snapshot.clone(); MANY];
     let colors = Arc::new(Colors::new(BTreeMap::new(), 0..MANY as u32));
     let union = Superquadric::sphere(Point3::origin(), 1.0);
+    let primitive = Primitive { shape: union, ..snapshot.abstraction.primitives[0].clone() };
     let proposal: MergeProposal = serde_json::from_value(serde_json::json!({
         "pair": [1, 2], "into": 1, "union": union, "revisions": [1, 2], "is_acceptable": true,
         "normalised": { "shape": union, "sum_d2": 1.0, "reason": "" },
@@ -92,7 +93,7 @@ fn messages_from_and_to_the_worker_are_short_however_large_the_shape() {
         Command::Edit(Edit::NewCluster { samples: samples.clone() }),
         Command::Edit(Edit::Together { samples: samples.clone() }),
         Command::Edit(Edit::Delete { ids: samples.clone() }),
-        Command::Edit(Edit::Take { primitives: samples.iter().map(|&id| (id, union)).collect() }),
+        Command::Edit(Edit::Take { primitives: vec![primitive.clone(); MANY], labels: samples.clone() }),
         Command::Edit(Edit::AcceptMerge { proposal: Box::new(proposal.clone()) }),
         Command::ProposeMerge { of: None, skipped: vec![(1, 2); MANY].into() },
         Command::Export(Box::new(ExportRequest {

@@ -1,7 +1,7 @@
 //! Names of states.
 
 use super::*;
-use crate::session::StateName;
+use crate::session::naming::StateName;
 
 fn led_by(cause: Cause, phase: Phase, iteration: u32, occurrences: Vec<Occurrence>) -> Event {
     let Event::Snapshot(state) = snapshot(&[1, 2, 3], phase, iteration, occurrences) else { unreachable!() };

@@ -33,9 +33,8 @@ const NAMES: f32 = 132.0;
 /// Width of the figures on the right, and of a panel that has room for them.
 const FIGURES: f32 = 178.0;
 const WIDE: f32 = 780.0;
-/// Height of the figures in a row of their own, and of a panel that has room
-/// for it besides the curves.
-const FIGURES_ROW: f32 = 30.0;
+/// Height of a panel that has room for the figures in a row of their own
+/// besides the curves.
 const LOW: f32 = 168.0;
 
 /// What the panel remembers besides the session.
