@@ -1,7 +1,6 @@
 //! What the program says: results on standard output, everything else on
 //! standard error.
 
-use std::borrow::Cow;
 use std::io::{self as stdio, Write as _};
 use std::process::ExitCode;
 
@@ -61,17 +60,10 @@ pub(super) fn say(line: &str) {
 
 /// The text without what would steer a terminal: names of files may hold any
 /// character.
-fn harmless(text: &str) -> Cow<'_, str> {
-    let steers = |c: char| c.is_control() && !"\n\t".contains(c);
-    if !text.contains(steers) {
-        return Cow::Borrowed(text);
-    }
-    text.chars()
-        .fold(String::new(), |shown, c| match steers(c) {
-            true => shown + &c.escape_default().to_string(),
-            false => shown + c.encode_utf8(&mut [0; 4]),
-        })
-        .into()
+fn harmless(text: &str) -> String {
+    let lines =
+        text.split('\n').map(|line| line.split('\t').map(io::harmless).collect::<Vec<_>>().join("\t"));
+    lines.collect::<Vec<_>>().join("\n")
 }
 
 #[cfg(test)]

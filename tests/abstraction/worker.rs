@@ -200,7 +200,7 @@ fn note(loaded: &LoadedShape) -> &str {
 #[test]
 fn a_result_keeps_its_labels_and_noise_wherever_its_folder_goes() {
     let folder = tempfile::tempdir().unwrap();
-    let chair = include_bytes!("../assets/chair.obj");
+    let chair = include_bytes!("../../assets/chair.obj");
     for (name, input, content) in [("cloud", "tube.xyz", &tube()[..]), ("mesh", "built-in chair", chair)] {
         let place = result(folder.path(), name, input, content);
         let moved = folder.path().join(format!("{name} moved"));

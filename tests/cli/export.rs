@@ -376,7 +376,7 @@ mod places {
         let (code, said) = run(&[word("run"), a.as_os_str(), word("-o"), out.as_os_str()]);
         assert_eq!(code, Some(0), "{said}");
         let stored = superform::io::read_primitives(&at(out.clone())).unwrap();
-        let shape = superform::io::shape_of(&stored).unwrap();
+        let shape = superform::io::open_result(stored, None).unwrap().shape;
         assert_eq!(shape.path.as_deref(), Some(a.as_path()), "the report leads to the input");
         let mut obj = at(name("x"));
         obj.add_extension("obj");

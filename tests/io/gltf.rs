@@ -95,7 +95,7 @@ impl Scene {
         for blanks in 0..4 {
             scene.json["asset"]["generator"] = " ".repeat(blanks).into();
             let glb = scene.glb(0);
-            if glb.len() % 4 == 0 {
+            if glb.len().is_multiple_of(4) {
                 return Some(glb);
             }
         }

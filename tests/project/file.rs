@@ -501,7 +501,8 @@ fn numbers_that_overflow_are_an_error_of_the_file() {
 #[test]
 fn durations_counters_and_branches_that_cant_be_are_named() {
     let material = Material::new(1, true, Algorithm::Sampler, 2);
-    let problem = |change: &dyn Fn(&mut Snapshot)| {
+    type Change<'a> = &'a dyn Fn(&mut Snapshot);
+    let problem = |change: Change<'_>| {
         let mut state = (*material.states[1]).clone();
         change(&mut state);
         let states = vec![Arc::clone(&material.states[0]), Arc::new(state)];
@@ -509,7 +510,7 @@ fn durations_counters_and_branches_that_cant_be_are_named() {
         open(&bytes(&workspace)).map(drop).map_err(|e| e.to_string())
     };
     assert_eq!(problem(&|_| ()), Ok(()));
-    let cases: [(&dyn Fn(&mut Snapshot), &str); 5] = [
+    let cases: [(Change<'_>, &str); 5] = [
         (&|s| s.elapsed = std::time::Duration::MAX, "a duration that is out of its limits"),
         (&|s| s.run = u64::MAX, "a counter"),
         (&|s| s.generation = u64::MAX - 7, "a counter"),

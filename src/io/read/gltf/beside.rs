@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde_json::Value;
 
-use super::buffers::names_of;
+use super::buffers::{is_data, names_of};
 
 /// Largest text whose buffers are looked for.
 const LARGEST: u64 = 256 << 20;
@@ -21,7 +21,7 @@ pub fn buffers_beside(path: &Path) -> Vec<PathBuf> {
     let buffers = scene["buffers"].as_array().into_iter().flatten();
     buffers
         .filter_map(|buffer| buffer["uri"].as_str())
-        .filter(|uri| !uri.starts_with("data:"))
+        .filter(|uri| !is_data(uri))
         .flat_map(names_of)
         .map(|name| folder.join(name))
         .collect()

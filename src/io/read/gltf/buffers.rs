@@ -76,7 +76,7 @@ pub(super) fn load<'a>(
             .map(Cow::Borrowed)
             .ok_or_else(|| Fault::whole(format!("buffer {index} has no content; export the shape again")));
     };
-    if uri.get(..5).is_some_and(|start| start.eq_ignore_ascii_case("data:")) {
+    if is_data(uri) {
         let (about, data) = uri[5..].split_once(',').unwrap_or_default();
         let data = percent_bytes(data);
         let is_base64 =
@@ -98,6 +98,11 @@ pub(super) fn load<'a>(
     let name = names.iter().find(|name| folder.join(name).is_file()).unwrap_or(&names[0]);
     let problem = |e| Fault::whole(format!("it needs a second file, its buffer: {e}"));
     content(&folder.join(name)).map(Cow::Owned).map_err(problem)
+}
+
+/// Whether a URI is the data itself.
+pub(super) fn is_data(uri: &str) -> bool {
+    uri.get(..5).is_some_and(|start| start.eq_ignore_ascii_case("data:"))
 }
 
 /// The names that a URI may mean: some write a name as it is, or with the
