@@ -304,7 +304,7 @@ fn folder_for_results(path: &Path) -> Result<(), String> {
         return Err(problem.to_owned());
     }
     let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    if is_folder(path) || !is_known_ending(&ending) {
+    if is_folder(path) || !is_output_ending(&ending) {
         return Ok(());
     }
     Err(format!(
@@ -319,12 +319,12 @@ fn is_folder(path: &Path) -> bool {
     path.is_dir() || last.is_some_and(|&byte| std::path::is_separator(char::from(byte)))
 }
 
-/// Endings of files that people may expect where a folder is written.
-fn is_known_ending(ending: &str) -> bool {
+/// Whether an ending is that of a file that people may expect where a folder is
+/// written. A folder may be called as the shape is that its results are of.
+fn is_output_ending(ending: &str) -> bool {
     const MORE: [&str; 8] = ["png", "jpg", "jpeg", "gif", "pdf", "md", "jsonl", crate::io::SESSION_ENDING];
-    MORE.contains(&ending)
-        || crate::io::SHAPE_ENDINGS.contains(&ending)
-        || crate::io::Format::ALL.iter().any(|format| format.ending() == ending)
+    let is_written = |ending| crate::io::Format::ALL.iter().any(|format| format.ending() == ending);
+    MORE.contains(&ending) || (is_written(ending) && !crate::io::SHAPE_ENDINGS.contains(&ending))
 }
 
 /// What to say of `superform runn FILE`, which reads as one file too many.

@@ -212,7 +212,9 @@ impl WriteJob {
         let mut inputs = Inputs::default();
         inputs.add_result(&self.result);
         self.shape.iter().for_each(|path| inputs.add(path));
-        self.check(&inputs)?;
+        for (path, format) in &self.targets {
+            inputs.check(io::outputs(path, *format, &self.options))?;
+        }
         let stored = io::read_primitives_of(&self.result, self.index)?;
         for note in &stored.notes {
             say(&format!("{}: {note}", stored.path.display()));
@@ -220,10 +222,6 @@ impl WriteJob {
         let colors = Colors::default();
         let params = stored.params.unwrap_or_default();
         let segmented = self.segmented(&stored)?;
-        if let Some(path) = segmented.as_ref().and_then(|segmented| segmented.shape.path.as_ref()) {
-            inputs.add(path);
-            self.check(&inputs)?;
-        }
         let mut written = String::new();
         for (path, format) in &self.targets {
             let done = match (&segmented, format.kind()) {
@@ -252,13 +250,6 @@ impl WriteJob {
         // There it would be taken for a part of the file.
         written.lines().for_each(say);
         Ok(String::new())
-    }
-
-    /// Whether none of the files to be written is one that is read.
-    fn check(&self, inputs: &Inputs) -> Result<(), io::WriteError> {
-        self.targets
-            .iter()
-            .try_for_each(|(path, format)| inputs.check(io::outputs(path, *format, &self.options)))
     }
 
     /// The result with its points, where something is to be written of them

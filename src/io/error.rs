@@ -1,11 +1,12 @@
 //! What can go wrong on reading and writing, said so that a person can act.
 
+use std::borrow::Cow;
 use std::fmt;
 use std::io::ErrorKind;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
-use super::Format;
 use super::wording::{on_reading, on_writing};
+use super::{Format, is_standard_output};
 
 /// The formats that can be read, for messages.
 pub(super) const FORMATS: &str =
@@ -89,7 +90,7 @@ impl Fault {
 /// stood at the place is as it was.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    #[error("can't write {path}: {}", on_writing(reason), path = path.display())]
+    #[error("can't write {}: {}", target(path), on_writing(reason))]
     Io { path: PathBuf, reason: std::io::Error },
     #[error("can't write {path}: there is no folder {folder}; make it, or choose another", path = path.display(), folder = folder.display())]
     NoFolder { path: PathBuf, folder: PathBuf },
@@ -113,4 +114,9 @@ impl WriteError {
     pub fn is_closed_pipe(&self) -> bool {
         matches!(self, Self::Io { reason, .. } if reason.kind() == ErrorKind::BrokenPipe)
     }
+}
+
+/// Where something is written to, for messages.
+fn target(path: &Path) -> Cow<'_, str> {
+    if is_standard_output(path) { "to standard output".into() } else { path.to_string_lossy() }
 }

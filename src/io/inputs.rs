@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use super::read::{buffers_beside, holds_primitives};
+use super::read::{buffers_beside, holds_primitives, places_of_shape};
 use super::{PRIMITIVES_FILE, REPORT_FILE, SEGMENTED_FILE, WriteError, is_standard_output};
 
 /// The files that a command reads: known by what they are, and not by what they
@@ -23,8 +23,8 @@ impl Inputs {
         }
     }
 
-    /// Adds what is read of a result: of the folder of a run its files, and so
-    /// of one of them; else the file.
+    /// Adds what is read of a result: of the folder of a run its files and the
+    /// shape that it is of, and so of one of them; else the file.
     pub fn add_result(&mut self, path: &Path) {
         self.add(path);
         let folder = match path.parent() {
@@ -35,6 +35,7 @@ impl Inputs {
         for name in [PRIMITIVES_FILE, "primitives.npz", "primitives.csv", SEGMENTED_FILE, REPORT_FILE] {
             self.add(&folder.join(name));
         }
+        places_of_shape(folder).iter().for_each(|path| self.add(path));
     }
 
     /// # Errors

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-use nalgebra::Point3;
+use nalgebra::{Point3, Vector3};
 
 use super::machine::Machine;
 use super::*;
@@ -42,25 +42,37 @@ static STEPS: [AtomicUsize; 30] = [const { AtomicUsize::new(0) }; 30];
 #[derive(Debug, Clone)]
 struct Scripted {
     points: usize,
+    /// About as large as the shape, and where that is: quickly measured.
+    ball: Superquadric,
     params: Params,
     iteration: u32,
     merges: u32,
 }
 
+/// The ball around the centre of points that about half of them are in.
+fn ball(points: &[Point3<f64>]) -> Superquadric {
+    let count = points.len().max(1) as f64;
+    let center = Point3::from(points.iter().map(|p| p.coords).sum::<Vector3<f64>>() / count);
+    let spread = points.iter().map(|p| (p - center).norm_squared()).sum::<f64>() / count;
+    Superquadric::sphere(center, spread.sqrt().max(1.0))
+}
+
 impl Machine for Scripted {
     fn start(cloud: Arc<SampleCloud>, params: Params, _: &Cancel) -> Result<Self, InferenceError> {
-        Ok(Self { points: cloud.points.len(), params, iteration: 0, merges: 0 })
+        Ok(Self { points: cloud.points.len(), ball: ball(&cloud.points), params, iteration: 0, merges: 0 })
     }
     fn restarted(&self, params: Params, _: &Cancel) -> Result<Self, InferenceError> {
-        Ok(Self { points: self.points, params, iteration: 0, merges: 0 })
+        Ok(Self { params, iteration: 0, merges: 0, ..self.clone() })
     }
     fn resumed(&self, checkpoint: &Checkpoint, cancel: &Cancel) -> Result<Self, InferenceError> {
         let cloud = Arc::new(SampleCloud::from_points(&[]));
-        Ok(Self { points: self.points, ..Self::resume(cloud, checkpoint, cancel)? })
+        let Self { points, ball, .. } = *self;
+        Ok(Self { points, ball, ..Self::resume(cloud, checkpoint, cancel)? })
     }
     fn resume(cloud: Arc<SampleCloud>, checkpoint: &Checkpoint, _: &Cancel) -> Result<Self, InferenceError> {
         let Checkpoint { params, iteration, next_id, .. } = *checkpoint;
-        Ok(Self { points: cloud.points.len(), params, iteration, merges: next_id })
+        let ball = ball(&cloud.points);
+        Ok(Self { points: cloud.points.len(), ball, params, iteration, merges: next_id })
     }
     fn checkpoint(&self) -> Checkpoint {
         assert!(self.params.seed != ENDS_AT_THIRD || self.iteration != 3, "nobody catches this");
@@ -135,8 +147,8 @@ impl Machine for Scripted {
         Ok(Some(MergeReport { merged: (self.merges, 9), into: 9, reason: String::new() }))
     }
     fn abstraction(&self) -> Abstraction {
-        let shape = Superquadric::sphere(Point3::origin(), 1.0);
-        let found = Primitive { id: 1, shape, sigma: 0.1, points: 0, mean_distance: 0.0, locked: false };
+        let found =
+            Primitive { id: 1, shape: self.ball, sigma: 0.1, points: 0, mean_distance: 0.0, locked: false };
         let primitives = if self.params.seed == FINDS_NOTHING { Vec::new() } else { vec![found] };
         Abstraction {
             phase: Phase::Sampling,

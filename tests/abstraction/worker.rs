@@ -278,11 +278,12 @@ fn a_shape_that_has_changed_or_gone_is_not_taken_and_said_so() {
 fn the_built_in_shape_is_known_by_its_own_field_and_old_reports_open() {
     let folder = tempfile::tempdir().unwrap();
     let output = std::process::Command::new(env!("CARGO_BIN_EXE_superform"))
-        .args(["-o", "out", "--points", "500", "--iterations", "2", "--clusters", "6", "--quiet"])
+        .args(["--headless", "--points", "500", "--iterations", "2", "--clusters", "6"])
         .current_dir(folder.path())
         .output()
         .unwrap();
     assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    std::fs::rename(folder.path().join("superform-out"), folder.path().join("out")).unwrap();
     let report = folder.path().join("out/report.json");
     let change = |report: &Path, change: &dyn Fn(&mut serde_json::Value)| {
         let mut json: serde_json::Value = serde_json::from_slice(&std::fs::read(report).unwrap()).unwrap();

@@ -180,7 +180,7 @@ fn a_run_that_fails_is_told_and_the_others_count() {
     let output = bench(folder, &["shapes", "--seeds", "1", "-o", "out"]);
     assert_eq!(output.status.code(), Some(1));
     let message = text(&output.stderr);
-    assert!(message.contains("tiny, default, seed 1: the cloud has 3 distinct points"), "{message}");
+    assert!(message.contains("tiny, default, seed 1: there are 3 distinct points"), "{message}");
     assert!(message.contains("a run failed; the table is without it"), "{message}");
     assert!(text(&output.stdout).contains("| chair"));
     let table: Value = serde_json::from_slice(&fs::read(folder.join("out/table.json")).unwrap()).unwrap();

@@ -206,7 +206,7 @@ fn bad_input_gives_one_clear_message_and_no_files() {
     for (name, content, words) in [
         ("empty.ply", "", "is empty"),
         ("broken.obj", "v 0 0 0\nv a b c\n", "line 2"),
-        ("mesh.stl", "solid x\nfacet normal 0 0 1\n", "no triangles"),
+        ("mesh.stl", "solid x\nfacet normal 0 0 1\n", "line 2: a facet is not finished"),
         ("scan.pcd", "# .PCD v0.7\n", "line 2"),
         ("scan.e57", "ASTM-E57 and more", "an E57 point cloud"),
         ("letter.doc", "Dear all", "is a document, which can't be read"),

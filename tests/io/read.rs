@@ -165,7 +165,7 @@ fn ply_encodings_agree() {
     for encoding in ["ascii", "binary_little_endian", "binary_big_endian"] {
         let (vertices, faces) = mesh(read_as("a.ply", ply(encoding)).unwrap());
         assert_eq!(vertices[..2], [Point3::new(0.5, 0.25, -3.0), Point3::new(1.5, 0.0, 7.0)], "{encoding}");
-        assert_eq!(faces, [[0, 1, 2], [0, 1, 3], [0, 3, 2]], "{encoding}");
+        assert_eq!(faces, [[0, 1, 2], [2, 0, 1], [2, 1, 3]], "{encoding}: the bent quad has a notch at 2");
         // The same file without its faces is a cloud with colours.
         let text = String::from_utf8_lossy(&ply("ascii")).replace("element face 2", "element face 0");
         let text = text.split("\n 1 ").next().unwrap().to_owned();
@@ -380,8 +380,11 @@ fn test_shapes_have_the_size_that_is_known_of_them() {
         }
         let (Ok(vertices), Ok(faces)) = (vertices.parse::<usize>(), faces.parse::<usize>()) else { continue };
         // The table's reader knows neither decimal commas nor triangle strips,
-        // and keeps faces without an area.
-        if vertices == 0 || ["hard/tristrips.ply", "hard/all_faces_degenerate.obj"].contains(&path) {
+        // keeps faces without an area, and cuts each polygon as a fan: that of a
+        // polygon with a notch has a triangle without an area in one of them.
+        const OTHERWISE: [&str; 3] =
+            ["hard/tristrips.ply", "hard/all_faces_degenerate.obj", "chair/design_sh3d.obj"];
+        if vertices == 0 || OTHERWISE.contains(&path) {
             continue;
         }
         let shape = io::read(&folder.join(path)).unwrap_or_else(|e| panic!("{e}"));

@@ -77,7 +77,8 @@ fn every_option_that_is_named_is_one() {
     let mut checked = 0;
     for (name, text) in pages() {
         for code in code(&text).into_iter().filter(|code| !others.iter().any(|other| code.contains(other))) {
-            for word in code.split([' ', '[', ']', '=', '\'', '"', '(', ')']).filter(|w| w.starts_with("--"))
+            for word in
+                code.split([' ', '\n', '[', ']', '=', '\'', '"', '(', ')']).filter(|w| w.starts_with("--"))
             {
                 let bare = word.trim_end_matches(['.', ',', ';', ':']);
                 if bare.len() > 2 && !["--help", "--version"].contains(&bare) {
@@ -117,19 +118,21 @@ fn defaults_in_the_readme_are_the_programs() {
             "Measuring" => "bench",
             other => panic!("whose options are those of “{other}”?"),
         };
-        for option in cells[0].split('`').skip(1).step_by(2) {
+        let defaults: Vec<String> = cells.get(1).map_or_else(Vec::new, |cell| {
+            let first = cell.split(';').next().unwrap();
+            first.split(',').map(|part| part.trim().replace('`', "")).collect()
+        });
+        for (number, option) in cells[0].split('`').skip(1).step_by(2).enumerate() {
             let name = option.split([' ', '=']).next().unwrap();
             if !name.starts_with("--") {
                 continue;
             }
             let default = all[command].get(name).unwrap_or_else(|| panic!("{command} has no {name}"));
-            let told = cells.get(1).map(|cell| cell.split([';', ',']).next().unwrap().replace('`', ""));
             // A default of many words is told in other words than in the help.
-            let (Some(default), Some(told)) = (default, told.filter(|told| !told.contains(' '))) else {
-                continue;
-            };
+            let told = defaults.get(number).filter(|told| !told.contains(' '));
+            let (Some(default), Some(told)) = (default, told) else { continue };
             if !told.is_empty() && !default.contains(' ') {
-                let same = told == *default || told.parse::<f64>().ok() == default.parse::<f64>().ok();
+                let same = told == default || told.parse::<f64>().ok() == default.parse::<f64>().ok();
                 assert!(same, "README: {name} of {command} is {told} by default; the program has {default}");
                 compared += 1;
             }

@@ -26,6 +26,7 @@ use detect::Format;
 
 pub use gltf::buffers_beside;
 pub(crate) use gltf::percent_bytes;
+pub(super) use results::places_of_shape;
 pub use results::{FoundAs, LabelledPoints, OpenedResult, holds_primitives, open_result};
 
 /// Largest file that is read, in bytes.

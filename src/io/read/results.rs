@@ -204,6 +204,14 @@ impl OpenedResult {
     }
 }
 
+/// Where the shape may be that a folder of results is of, as its report tells.
+pub(in crate::io) fn places_of_shape(folder: &Path) -> Vec<PathBuf> {
+    let path = folder.join(REPORT_FILE);
+    let report: Option<Report> =
+        super::content(&path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    report.map_or_else(Vec::new, |report| report.input.places(&path))
+}
+
 /// What a report says of the shape of its run.
 #[derive(Debug, Deserialize)]
 struct Report {
@@ -222,7 +230,7 @@ struct Wish<T> {
     asked_for: T,
 }
 
-/// Versions before 0.2 told neither the content nor the way from the report.
+/// Early reports told neither the content nor the way from the report.
 #[derive(Debug, Deserialize)]
 struct Input {
     name: String,
@@ -265,14 +273,7 @@ impl Input {
             let why = "the shape that is built in is another one in this version";
             return Ok(if self.has_counts_of(&shape) { Ok(shape) } else { Err(why.to_owned()) });
         }
-        let folder = beside.parent().unwrap_or(Path::new(""));
-        let written =
-            [&self.relative_path, &self.path].into_iter().flatten().map(|stored| stored.0.as_path());
-        // A path of the first versions may be one from where they were started.
-        let mut places: Vec<PathBuf> =
-            written.map(|path| way(folder, path)).chain(self.path.clone().map(|stored| stored.0)).collect();
-        let mut seen = HashSet::new();
-        places.retain(|place| seen.insert(place.clone()));
+        let places = self.places(beside);
         for place in &places {
             if let Some(shape) = self.read_if_same(place)? {
                 return Ok(Ok(shape));
@@ -284,6 +285,19 @@ impl Input {
             None if listed.is_empty() => format!("{REPORT_FILE} tells no path"),
             None => format!("it is not at {}", listed.join(", nor at ")),
         }))
+    }
+
+    /// Where the shape may be, as the report beside a file tells.
+    fn places(&self, beside: &Path) -> Vec<PathBuf> {
+        let folder = beside.parent().unwrap_or(Path::new(""));
+        let written =
+            [&self.relative_path, &self.path].into_iter().flatten().map(|stored| stored.0.as_path());
+        // A path of the first versions may be one from where they were started.
+        let mut places: Vec<PathBuf> =
+            written.map(|path| way(folder, path)).chain(self.path.clone().map(|stored| stored.0)).collect();
+        let mut seen = HashSet::new();
+        places.retain(|place| seen.insert(place.clone()));
+        places
     }
 
     /// The shape in a file, if it is what it was then.

@@ -41,7 +41,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
     // A text has no zeros, but for some that fill up its end; a binary STL has
     // them in its count, at the latest.
     let length = bytes.iter().rposition(|b| !matches!(b, 0 | 0x1a)).map_or(0, |last| last + 1);
-    let is_text = !is_binary(bytes) && !bytes[..length].contains(&0);
+    let is_text = length > 0 && !is_binary(bytes) && !bytes[..length].contains(&0);
     let is_utf16 = bytes.starts_with(b"\xff\xfe") || bytes.starts_with(b"\xfe\xff");
     let raw = if is_utf16 {
         ascii(&decode(bytes))
