@@ -147,12 +147,12 @@ fn legends_say_how_large_errors_are_in_input_units() {
         most = distances.iter().fold(most, |most, d| most.max(d.abs()));
     }
     let legend = labels(&driver, "Distance to its own primitive from").remove(0);
-    let shown = number_after(&legend, " from 0.0000 to ");
+    let shown = number_after(&legend, " from 0 to ");
     assert!((shown - f64::from(most)).abs() < 2e-3 * f64::from(most) + 6e-5, "{legend}: {most}");
 
     driver.press("Colours up to 95 %");
     let legend = labels(&driver, "Distance to its own primitive from").remove(0);
-    let robust = number_after(&legend, " from 0.0000 to ");
+    let robust = number_after(&legend, " from 0 to ");
     let share = |limit: f64| {
         let all = labels_now_of(&driver);
         let above = all.iter().filter(|d| f64::from(**d) > limit).count();
@@ -197,7 +197,7 @@ fn surfaces_are_painted_by_their_distance_to_the_input() {
         }
     }
     let legend = labels(&driver, "Distance to the input from").remove(0);
-    let shown = number_after(&legend, " from 0.0000 to ");
+    let shown = number_after(&legend, " from 0 to ");
     assert!((shown - most).abs() < 2e-3 * most + 6e-5, "{legend}: {most}");
 }
 
@@ -233,7 +233,7 @@ fn the_uncertainty_is_that_of_the_last_states_or_says_why_not() {
     let legend = labels(&driver, "Uncertainty over 4 states from").remove(0);
     if most > 0.0 {
         assert!(
-            (number_after(&legend, " from 0.0000 to ") - f64::from(most)).abs() < 1e-3,
+            (number_after(&legend, " from 0 to ") - f64::from(most)).abs() < 1e-3,
             "{legend}: {most}"
         );
     }
