@@ -132,7 +132,8 @@ fn defaults_in_the_readme_are_the_programs() {
             let told = defaults.get(number).filter(|told| !told.contains(' '));
             let (Some(default), Some(told)) = (default, told) else { continue };
             if !told.is_empty() && !default.contains(' ') {
-                let same = told == default || told.parse::<f64>().is_ok_and(|told| default.parse() == Ok(told));
+                let same =
+                    told == default || told.parse::<f64>().is_ok_and(|told| default.parse() == Ok(told));
                 assert!(same, "README: {name} of {command} is {told} by default; the program has {default}");
                 compared += 1;
             }

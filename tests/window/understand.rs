@@ -232,10 +232,7 @@ fn the_uncertainty_is_that_of_the_last_states_or_says_why_not() {
     let most = label_entropy(&last).into_iter().fold(0.0, f32::max);
     let legend = labels(&driver, "Uncertainty over 4 states from").remove(0);
     if most > 0.0 {
-        assert!(
-            (number_after(&legend, " from 0 to ") - f64::from(most)).abs() < 1e-3,
-            "{legend}: {most}"
-        );
+        assert!((number_after(&legend, " from 0 to ") - f64::from(most)).abs() < 1e-3, "{legend}: {most}");
     }
     driver.press("Reset");
     driver.settle();
