@@ -294,7 +294,7 @@ verbs! {
     ReopenLast: File, None, "Reopen last session", "Open what was unsaved when the window was closed last";
     Export: File, ctrl('E'), "Export…",
         "Write the segmented cloud or mesh, the primitives' parameters or bodies: choose a format";
-    ExportAgain: File, ctrl_shift('E'), "Export again", "Write the file of the last export anew, as it was chosen then";
+    ExportAgain: File, ctrl_shift('E'), "Export again", "Write the file of this shape's last export anew, as it was chosen then";
     CopyPrimitives: File, ctrl('C'), "Copy primitives", "Put the parameters of all primitives into the clipboard, as JSON";
     CopyCsv: File, None, "Copy primitives as CSV",
         "Put the parameters of all primitives into the clipboard, a line of 13 numbers each";

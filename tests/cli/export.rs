@@ -182,13 +182,13 @@ mod places {
         assert!(problem.contains("only one file"), "{problem}");
         for args in [
             &["run", "in.xyz", "-o", "-"][..],
-            &["run", "in.xyz", "-o", "out.ply"],
+            &["run", "in.xyz", "-o", "out.json"],
             &["bench", "in.xyz", "-o", "-"],
         ] {
             let problem = refused(folder.path(), args, 2);
             assert!(problem.contains("name a folder"), "{problem}");
         }
-        assert!(!at("-").exists() && !at("out.ply").exists() && !at("-.mtl").exists());
+        assert!(!at("-").exists() && !at("out.json").exists() && !at("-.mtl").exists());
     }
 
     #[test]
