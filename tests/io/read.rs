@@ -380,11 +380,8 @@ fn test_shapes_have_the_size_that_is_known_of_them() {
         }
         let (Ok(vertices), Ok(faces)) = (vertices.parse::<usize>(), faces.parse::<usize>()) else { continue };
         // The table's reader knows neither decimal commas nor triangle strips,
-        // keeps faces without an area, and cuts each polygon as a fan: that of a
-        // polygon with a notch has a triangle without an area in one of them.
-        const OTHERWISE: [&str; 3] =
-            ["hard/tristrips.ply", "hard/all_faces_degenerate.obj", "chair/design_sh3d.obj"];
-        if vertices == 0 || OTHERWISE.contains(&path) {
+        // and keeps faces without an area.
+        if vertices == 0 || ["hard/tristrips.ply", "hard/all_faces_degenerate.obj"].contains(&path) {
             continue;
         }
         let shape = io::read(&folder.join(path)).unwrap_or_else(|e| panic!("{e}"));
@@ -394,7 +391,12 @@ fn test_shapes_have_the_size_that_is_known_of_them() {
             .filter_map(|n| n.strip_prefix("left out ")?.split(' ').next()?.parse::<usize>().ok())
             .sum();
         match &shape.geometry {
-            ShapeGeometry::Mesh(mesh) => assert_eq!(mesh.faces.len() + left_out, faces, "{path}"),
+            // It cuts polygons as fans, too: over a notch one may have a triangle
+            // without an area, which ears have not.
+            ShapeGeometry::Mesh(mesh) => {
+                let fewer = faces.checked_sub(mesh.faces.len() + left_out);
+                assert!(fewer.is_some_and(|fewer| fewer <= faces / 1000), "{path}: {fewer:?} of {faces}");
+            }
             ShapeGeometry::Cloud(cloud) => assert_eq!((cloud.points.len(), 0), (vertices, faces), "{path}"),
         }
         seen += 1;
