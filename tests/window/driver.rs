@@ -128,7 +128,28 @@ impl Driver {
         format!("{:?}, shown (run, phase, iteration): {shown:?}, last said: {said:?}", session.activity)
     }
 
+    /// Draws frames until there is such a widget: what was done last may bring it
+    /// a frame or two later.
+    fn until_there(&mut self, role: Role, label: &str) {
+        self.draw_until(label, |driver| driver.harness.query_by_role_and_label(role, label).is_some());
+    }
+
+    /// Scrolls to a widget, and draws frames until it stays where it is: what is
+    /// out of sight is behind something else, where a click would end up. Not in
+    /// the middle of a run, where nothing stays.
+    pub(crate) fn bring_into_view(&mut self, role: Role, label: &str) {
+        self.harness.get_by_role_and_label(role, label).scroll_to_me();
+        // It begins in the frame after that which hears of it.
+        self.harness.run_steps(2);
+        let mut before = None;
+        self.draw_until(label, |driver| {
+            let rect = driver.harness.get_by_role_and_label(role, label).rect();
+            before.replace(rect) == Some(rect)
+        });
+    }
+
     pub(crate) fn press(&mut self, button: &str) {
+        self.until_there(Role::Button, button);
         self.harness.get_by_role_and_label(Role::Button, button).click();
         self.harness.run_steps(2);
     }
@@ -142,12 +163,14 @@ impl Driver {
     }
 
     pub(crate) fn toggle(&mut self, checkbox: &str) {
+        self.until_there(Role::CheckBox, checkbox);
         self.harness.get_by_role_and_label(Role::CheckBox, checkbox).click();
         self.harness.run_steps(2);
     }
 
     /// Chooses one of a combo box's entries.
     pub(crate) fn choose(&mut self, combo: &str, entry: &str) {
+        self.until_there(Role::ComboBox, combo);
         self.harness.get_by_role_and_label(Role::ComboBox, combo).click();
         self.harness.run_steps(3);
         self.press(entry);
@@ -159,6 +182,7 @@ impl Driver {
 
     /// Moves a slider.
     pub(crate) fn slide(&mut self, slider: &str, value: f64) {
+        self.until_there(Role::Slider, slider);
         self.harness.get_by_role_and_label(Role::Slider, slider).set_value_accesskit(value);
         self.harness.run_steps(2);
     }
@@ -194,6 +218,7 @@ impl Driver {
 
     /// Clicks a button while modifiers are held.
     pub(crate) fn click_with(&mut self, button: &str, modifiers: egui::Modifiers) {
+        self.until_there(Role::Button, button);
         self.harness.get_by_role_and_label(Role::Button, button).click_modifiers(modifiers);
         self.harness.run_steps(2);
     }

@@ -1,7 +1,7 @@
 //! Merging by hand, one pair at a time: the card with the test's numbers, and
 //! what its buttons do.
 
-use crate::driver::{Driver, options};
+use crate::driver::{Driver, Role, options};
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
 use superform::worker::{Activity, Source};
@@ -82,6 +82,7 @@ fn any_two_are_judged_when_asked() {
     let mut driver = paused();
     let ids: Vec<u32> = driver.session().primitives().iter().map(|p| p.id).collect();
     driver.press(&format!("Primitive {}", ids[0]));
+    driver.bring_into_view(Role::Button, &format!("Primitive {}", ids[1]));
     driver.click_with(&format!("Primitive {}", ids[1]), Modifiers::COMMAND);
     driver.press("Judge this merge…");
     wait_for_proposal(&mut driver);
