@@ -10,6 +10,8 @@ use superform::cli::Cli;
 use superform::inference::{Method, Params};
 use superform::io::Format;
 
+use crate::guide::targets;
+
 fn root() -> PathBuf {
     PathBuf::from(env!("CARGO_MANIFEST_DIR"))
 }
@@ -212,16 +214,12 @@ fn methods_and_formats_are_those_that_there_are() {
     }
 }
 
-/// What a page links to or shows: the text between `](` and `)`.
-fn targets(page: &str) -> impl Iterator<Item = &str> {
-    page.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(to, _)| to)
-}
-
 #[test]
 fn links_and_pictures_are_there() {
     for (name, text) in pages() {
         let folder = root().join(Path::new(&name).parent().unwrap());
-        for target in targets(&text).filter(|target| !target.starts_with("http") && !target.starts_with('#'))
+        for target in
+            targets(&text).iter().filter(|target| !target.starts_with("http") && !target.starts_with('#'))
         {
             let file = target.split('#').next().unwrap();
             assert!(folder.join(file).exists(), "{name} points to {target}, which is not there");

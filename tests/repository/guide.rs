@@ -69,7 +69,7 @@ fn the_list_of_keys_is_the_programs() {
 }
 
 /// What a page links to or shows: the text between `](` and `)`.
-fn targets(page: &str) -> Vec<String> {
+pub(crate) fn targets(page: &str) -> Vec<String> {
     page.split("](").skip(1).filter_map(|rest| rest.split_once(')')).map(|(to, _)| to.to_owned()).collect()
 }
 
