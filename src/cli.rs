@@ -385,7 +385,7 @@ pub fn refuse(problem: &str) -> ExitCode {
 mod tests {
     use super::*;
     use crate::geometry::{Isolated, Surface};
-    use crate::inference::{MergeRule, Method};
+    use crate::inference::{MergeRule, Method, PARAMETERS};
 
     fn request(args: &[&str]) -> Result<Request, String> {
         let args = std::iter::once("superform").chain(args.iter().copied());
@@ -483,15 +483,9 @@ mod tests {
         let run = command.find_subcommand_mut("run").unwrap();
         let help = run.render_long_help().to_string();
         let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
-        let limits = [
-            ("N", SamplingOptions::POINTS.0 as f64, SamplingOptions::POINTS.1 as f64),
-            ("ALPHA", Params::ALPHA.0, Params::ALPHA.1),
-            ("P0", Params::P0.0, Params::P0.1),
-            ("T", f64::from(Params::ITERATIONS.0), f64::from(Params::ITERATIONS.1)),
-            ("K", f64::from(Params::CLUSTERS.0), f64::from(Params::CLUSTERS.1)),
-            ("C", Params::PRIMITIVE_COST.0, Params::PRIMITIVE_COST.1),
-            ("W0", Params::OUTLIER_PRIOR.0, Params::OUTLIER_PRIOR.1),
-        ];
+        let samples = ("N", SamplingOptions::POINTS.0 as f64, SamplingOptions::POINTS.1 as f64);
+        let numbers = PARAMETERS.iter().filter(|p| p.number.is_some());
+        let limits = numbers.map(|p| (p.symbol, p.setting.range().0, p.setting.range().1)).chain([samples]);
         for (value, low, high) in limits {
             let text = help.split(&format!("<{value}>")).nth(1).unwrap().split("--").next().unwrap();
             let (from, to) = text.split("from ").nth(1).unwrap().split_once(" to ").unwrap();

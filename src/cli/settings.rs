@@ -3,10 +3,11 @@
 use std::str::FromStr;
 
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
-use clap::{Args, ValueEnum};
+use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 
 use crate::geometry::{Isolated, SamplingOptions, Surface};
-use crate::inference::{MergeRule, Method, Params, Setting};
+use crate::inference::parameters::{Number, brief};
+use crate::inference::{MergeRule, Method, PARAMETERS, Parameter, Params, Setting};
 
 /// A method, what it is tuned with, and what of a shape it is given.
 #[derive(Debug, Clone, Args)]
@@ -29,34 +30,14 @@ pub(super) struct SettingsArgs {
     seed: Option<u64>,
 }
 
-/// The numbers that methods are tuned with, as far as they read them.
+/// What methods are tuned with, as far as they read it.
 #[derive(Debug, Clone, Default, Args)]
 pub(super) struct TuningArgs {
     /// Number of samples N, from 100 to 200000 [default: 5500]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     pub(super) points: Option<usize>,
-    /// Concentration α: the larger, the more primitives; from 0.001 to 100
-    /// [default: 0.5]
-    #[arg(long, value_name = "ALPHA", allow_negative_numbers = true)]
-    pub(super) alpha: Option<f64>,
-    /// Density p0 that a new primitive gives to any point, from 1e-6 to 10
-    /// [default: 0.1]
-    #[arg(long, value_name = "P0", allow_negative_numbers = true)]
-    pub(super) p0: Option<f64>,
-    /// Number of Gibbs iterations T, from 1 to 500 [default: 30]
-    #[arg(long, value_name = "T", allow_negative_numbers = true, value_parser = whole::<u32>)]
-    pub(super) iterations: Option<u32>,
-    /// Number of clusters K at the start, from 1 to 500 [default: 30]
-    #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = whole::<u32>)]
-    pub(super) clusters: Option<u32>,
-    /// Cost of a primitive: more gives fewer primitives with larger errors, from
-    /// 0.1 to 10 [default: 1]
-    #[arg(long, value_name = "C", allow_negative_numbers = true)]
-    pub(super) primitive_cost: Option<f64>,
-    /// Share of outliers that EMS expects, from 0.01 to 0.99 [default: 0.5, and 0.9
-    /// for hierarchical-ems]
-    #[arg(long, value_name = "W0", allow_negative_numbers = true)]
-    pub(super) outlier_prior: Option<f64>,
+    #[command(flatten)]
+    pub(super) numbers: Numbers,
     /// Leave the primitives unmerged
     #[arg(long)]
     pub(super) no_merge: bool,
@@ -103,60 +84,127 @@ impl TuningArgs {
         if self.no_merge && params.reads(Setting::Merge) {
             params.merge = MergeRule::None;
         }
-        fn change<T: Copy>(value: &mut T, reads: bool, given: Option<T>) {
-            *value = given.filter(|_| reads).unwrap_or(*value);
-        }
         let of = params;
-        change(&mut params.alpha, of.reads(Setting::Alpha), self.alpha);
-        change(&mut params.p0, of.reads(Setting::P0), self.p0);
-        change(&mut params.iterations, of.reads(Setting::Iterations), self.iterations);
-        change(&mut params.clusters, of.reads(Setting::Clusters), self.clusters);
-        change(&mut params.primitive_cost, of.reads(Setting::PrimitiveCost), self.primitive_cost);
-        change(&mut params.outlier_prior, of.reads(Setting::OutlierPrior), self.outlier_prior);
+        for (parameter, value) in self.numbers.given().filter(|(p, _)| of.reads(p.setting)) {
+            parameter.set(&mut params, value);
+        }
         params.check().map(|()| params)
     }
 
     /// The first option that was given although none of the parameters reads
     /// it.
-    pub(super) fn unread(&self, params: &[Params]) -> Option<&'static str> {
-        [
-            (self.alpha.is_some(), "--alpha", Setting::Alpha),
-            (self.p0.is_some(), "--p0", Setting::P0),
-            (self.iterations.is_some(), "--iterations", Setting::Iterations),
-            (self.clusters.is_some(), "--clusters", Setting::Clusters),
-            (self.primitive_cost.is_some(), "--primitive-cost", Setting::PrimitiveCost),
-            (self.outlier_prior.is_some(), "--outlier-prior", Setting::OutlierPrior),
-            (self.no_merge, "--no-merge", Setting::Merge),
-        ]
-        .into_iter()
-        .find(|&(given, _, setting)| given && !params.iter().any(|p| p.reads(setting)))
-        .map(|(_, option, _)| option)
+    pub(super) fn unread(&self, params: &[Params]) -> Option<String> {
+        let numbers = self.numbers.given().map(|(p, _)| (format!("--{}", p.name), p.setting));
+        let merge = self.no_merge.then(|| ("--no-merge".to_owned(), Setting::Merge));
+        let mut given = numbers.chain(merge);
+        given.find(|(_, setting)| !params.iter().any(|p| p.reads(*setting))).map(|(option, _)| option)
     }
 }
 
-/// The settings that a manifest's columns and `--sweep` change, by the names of
-/// their options, with what a method must read for them to make sense.
-pub(super) const KEYS: [(&str, Option<Setting>); 12] = [
-    ("method", None),
-    ("points", None),
-    ("alpha", Some(Setting::Alpha)),
-    ("p0", Some(Setting::P0)),
-    ("iterations", Some(Setting::Iterations)),
-    ("clusters", Some(Setting::Clusters)),
-    ("primitive-cost", Some(Setting::PrimitiveCost)),
-    ("outlier-prior", Some(Setting::OutlierPrior)),
-    ("no-merge", Some(Setting::Merge)),
-    ("surface", None),
-    ("isolated", None),
-    ("seed", None),
-];
+/// The numbers of the table of parameters that were given as options, in its
+/// order.
+#[derive(Debug, Clone, Default, PartialEq)]
+pub(super) struct Numbers([Option<f64>; PARAMETERS.len()]);
 
-/// The name in [`KEYS`] that a person means: `--primitive-cost`,
+impl Numbers {
+    fn given(&self) -> impl Iterator<Item = (&'static Parameter, f64)> {
+        PARAMETERS.iter().zip(self.0).filter_map(|(parameter, value)| Some((parameter, value?)))
+    }
+
+    pub(super) fn set(&mut self, setting: Setting, value: f64) {
+        self.0[setting as usize] = Some(value);
+    }
+
+    /// The methods' defaults, for the help.
+    fn default_of(parameter: &Parameter) -> String {
+        let usual = parameter.value(&Params::default()).unwrap_or_default();
+        let mut text = format!("{usual}");
+        for method in Method::ALL.iter().filter(|m| m.params().reads(parameter.setting)) {
+            let own = parameter.value(&method.params()).unwrap_or(usual);
+            if own != usual {
+                text.push_str(&format!(", and {own} for {method}"));
+            }
+        }
+        text
+    }
+
+    /// A value from text.
+    fn parse(number: Number, text: &str) -> Result<f64, String> {
+        match number {
+            Number::Real(..) => text.parse().map_err(|_| "a number".to_owned()),
+            Number::Count(..) => text.parse::<u32>().map(f64::from).map_err(|_| WHOLE.to_owned()),
+        }
+    }
+}
+
+impl Args for Numbers {
+    fn augment_args(mut command: Command) -> Command {
+        for parameter in &PARAMETERS {
+            let Some(number) = parameter.number else { continue };
+            let (low, high) = parameter.setting.range();
+            let [low, high] = [low, high].map(brief);
+            let help = format!(
+                "{}; from {low} to {high} [default: {}]",
+                parameter.help,
+                Self::default_of(parameter)
+            );
+            let value = move |text: &str| {
+                Self::parse(number, text).map_err(|expected| format!("it must be {expected}"))
+            };
+            command = command.arg(
+                Arg::new(parameter.name)
+                    .long(parameter.name)
+                    .value_name(parameter.symbol)
+                    .allow_negative_numbers(true)
+                    .value_parser(value)
+                    .help(help),
+            );
+        }
+        command
+    }
+
+    fn augment_args_for_update(command: Command) -> Command {
+        Self::augment_args(command)
+    }
+}
+
+impl FromArgMatches for Numbers {
+    fn from_arg_matches(matches: &ArgMatches) -> Result<Self, clap::Error> {
+        let mut new = Self::default();
+        new.update_from_arg_matches(matches).map(|()| new)
+    }
+
+    fn update_from_arg_matches(&mut self, matches: &ArgMatches) -> Result<(), clap::Error> {
+        for parameter in PARAMETERS.iter().filter(|p| p.number.is_some()) {
+            if let Some(value) = matches.get_one::<f64>(parameter.name) {
+                self.set(parameter.setting, *value);
+            }
+        }
+        Ok(())
+    }
+}
+
+const WHOLE: &str = "a whole number that is not negative";
+
+/// The settings that a manifest's columns and `--sweep` change, by the names of
+/// their options.
+pub(super) fn keys() -> impl Iterator<Item = &'static str> {
+    let numbers = PARAMETERS.iter().filter(|p| p.number.is_some()).map(|p| p.name);
+    ["method", "points"].into_iter().chain(numbers).chain(["no-merge", "surface", "isolated", "seed"])
+}
+
+/// What a method must read for a setting to make sense.
+fn setting_of(key: &str) -> Option<Setting> {
+    let number = PARAMETERS.iter().find(|p| p.number.is_some() && p.name == key).map(|p| p.setting);
+    number.or((key == "no-merge").then_some(Setting::Merge))
+}
+
+/// The name in [`keys`] that a person means: `--primitive-cost`,
 /// `primitive_cost` and `Primitive-Cost` are the same.
 pub(super) fn key(text: &str) -> Option<&'static str> {
     let text = text.trim().trim_start_matches("--").replace('_', "-").to_lowercase();
     let text = if text == "preset" { "method" } else { &text };
-    KEYS.iter().map(|(name, _)| *name).find(|name| *name == text)
+    keys().find(|name| *name == text)
 }
 
 /// What is wrong with a setting of one job among many.
@@ -198,7 +246,7 @@ impl SettingsArgs {
         Ok((sampling, params))
     }
 
-    /// The settings with some changes, each a name of [`KEYS`] and a value as
+    /// The settings with some changes, each a name of [`keys`] and a value as
     /// text. Other than those of the command line, changes must be read by the
     /// method.
     pub(super) fn changed(
@@ -219,8 +267,7 @@ impl SettingsArgs {
         let resolved = settings.applied().map_err(|problem| BadSetting { at: 0, problem })?;
         for at in then {
             let key = changes[at].0;
-            let setting = KEYS.iter().find(|(name, _)| *name == key).and_then(|(_, setting)| *setting);
-            if setting.is_some_and(|setting| !resolved.1.reads(setting)) {
+            if setting_of(key).is_some_and(|setting| !resolved.1.reads(setting)) {
                 let problem = format!("the method {} does not read {key}; leave it out", settings.method);
                 return Err(BadSetting { at, problem });
             }
@@ -241,7 +288,6 @@ impl SettingsArgs {
                 format!("“{text}” is none of {}", names.join(", "))
             })
         }
-        const WHOLE: &str = "a whole number that is not negative";
         let tuning = &mut self.tuning;
         match key {
             "method" => {
@@ -250,12 +296,6 @@ impl SettingsArgs {
                 })?;
             }
             "points" => tuning.points = number(text, WHOLE)?,
-            "alpha" => tuning.alpha = number(text, "a number")?,
-            "p0" => tuning.p0 = number(text, "a number")?,
-            "iterations" => tuning.iterations = number(text, WHOLE)?,
-            "clusters" => tuning.clusters = number(text, WHOLE)?,
-            "primitive-cost" => tuning.primitive_cost = number(text, "a number")?,
-            "outlier-prior" => tuning.outlier_prior = number(text, "a number")?,
             "no-merge" => {
                 tuning.no_merge = match text.to_lowercase().as_str() {
                     "true" | "yes" | "1" => true,
@@ -266,7 +306,15 @@ impl SettingsArgs {
             "surface" => self.surface = choice(text)?,
             "isolated" => self.isolated = choice(text)?,
             "seed" => self.seed = number(text, WHOLE)?,
-            other => return Err(format!("{other} is no setting")),
+            other => {
+                let parameter = PARAMETERS.iter().find(|p| p.name == other);
+                let Some((parameter, number)) = parameter.and_then(|p| Some((p, p.number?))) else {
+                    return Err(format!("{other} is no setting"));
+                };
+                let value = Numbers::parse(number, text);
+                let value = value.map_err(|expected| format!("“{text}” is not {expected}"))?;
+                tuning.numbers.set(parameter.setting, value);
+            }
         }
         Ok(())
     }
@@ -278,13 +326,12 @@ mod tests {
 
     #[test]
     fn methods_take_the_changes_that_they_read() {
-        let tuning = TuningArgs {
-            alpha: Some(2.0),
-            clusters: Some(7),
-            primitive_cost: Some(3.0),
-            no_merge: true,
-            ..TuningArgs::default()
-        };
+        let mut tuning = TuningArgs { no_merge: true, ..TuningArgs::default() };
+        for (setting, value) in
+            [(Setting::Alpha, 2.0), (Setting::Clusters, 7.0), (Setting::PrimitiveCost, 3.0)]
+        {
+            tuning.numbers.set(setting, value);
+        }
         let merge = MergeRule::None;
         for (method, expected) in [
             (
@@ -297,8 +344,8 @@ mod tests {
             assert_eq!(tuning.params(method), Ok(expected), "{method}");
         }
         let [kmeans, paper] = [Method::KMeans, Method::Paper].map(Method::params);
-        assert_eq!(tuning.unread(&[kmeans]), Some("--alpha"));
-        assert_eq!(tuning.unread(&[kmeans, paper]), Some("--primitive-cost"));
+        assert_eq!(tuning.unread(&[kmeans]).as_deref(), Some("--alpha"));
+        assert_eq!(tuning.unread(&[kmeans, paper]).as_deref(), Some("--primitive-cost"));
         assert_eq!(tuning.unread(&[kmeans, paper, Params::default()]), None);
     }
 }

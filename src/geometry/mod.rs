@@ -19,6 +19,7 @@ pub mod sampling;
 pub mod segmentation;
 pub mod superquadric;
 pub mod tessellate;
+pub mod theta;
 
 pub use brief::Bulk;
 pub use cloud::{NO_SAMPLE, SampleCloud, SampledPart};
@@ -29,4 +30,4 @@ pub(crate) use morton::short_code;
 pub use sampling::{
     Isolated, SamplingError, SamplingOptions, Surface, sample_cloud, sample_mesh, scatter_mesh,
 };
-pub use superquadric::Superquadric;
+pub use theta::Superquadric;

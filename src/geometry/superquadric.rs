@@ -18,32 +18,15 @@
 //! ∂ ln φ/∂ε = −ψ ln ψ − (1 − ψ) ln(1 − ψ)     ln H = ln φ(ln φ(ux, uy; ε2), uz; ε1)
 //! ```
 
-use nalgebra::{Matrix3, Point3, Rotation3, Vector3};
+use nalgebra::{Point3, Vector3};
 
-/// Number of parameters of a primitive.
-pub const PARAMETERS: usize = 13;
+use super::theta::{PARAMETERS, Superquadric};
 
 /// Added to q²/a² under the logarithm, so that an axis of 0 stays finite.
 pub(crate) const LOG_FLOOR: f64 = 1e-12;
 /// The taper factor changes sign past the apex of a fully tapered primitive;
 /// it is kept above this value.
 pub const TAPER_FLOOR: f64 = 0.02;
-
-/// A tapered superquadric θ = (ε1, ε2, ax, ay, az, R, t, kx, ky).
-#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
-pub struct Superquadric {
-    /// Shape exponents (ε1, ε2): ε1 along the profile (north to south), ε2
-    /// around the equator. Near 0 a box, 1 an ellipsoid, 2 an octahedron.
-    pub exponents: [f64; 2],
-    /// Semi-axes (ax, ay, az), a length.
-    pub semi_axes: Vector3<f64>,
-    /// world_from_local.
-    pub rotation: Rotation3<f64>,
-    /// Centre in world coordinates.
-    pub translation: Vector3<f64>,
-    /// Tapering (kx, ky) along local z, each in [−1, 1].
-    pub taper: [f64; 2],
-}
 
 /// `ln φ(u, v; ε)`, the weight ψ of `u`, and the entropy of ψ (= ∂ ln φ/∂ε).
 #[inline(always)]
@@ -75,25 +58,6 @@ pub struct RadialDerivatives {
 }
 
 impl Superquadric {
-    /// A sphere of radius `radius` around `center`.
-    pub fn sphere(center: Point3<f64>, radius: f64) -> Self {
-        Self {
-            exponents: [1.0, 1.0],
-            semi_axes: Vector3::repeat(radius),
-            rotation: Rotation3::identity(),
-            translation: center.coords,
-            taper: [0.0, 0.0],
-        }
-    }
-
-    /// Whether every parameter is finite, the semi-axes and exponents are
-    /// positive and the taper lies in [−1, 1].
-    pub fn is_valid(&self) -> bool {
-        let finite = self.exponents.iter().chain(self.semi_axes.iter()).all(|v| v.is_finite() && *v > 0.0)
-            && self.translation.iter().chain(self.rotation.matrix().iter()).all(|v| v.is_finite());
-        finite && self.taper.iter().all(|k| k.abs() <= 1.0)
-    }
-
     /// The point in the primitive's frame, p = Rᵀ(x − t).
     #[inline(always)]
     pub fn local(&self, x: &Point3<f64>) -> Vector3<f64> {
@@ -302,25 +266,6 @@ impl Superquadric {
     pub fn scaled(&self, scale: f64, offset: &Vector3<f64>) -> Self {
         Self { semi_axes: self.semi_axes * scale, translation: self.translation * scale + offset, ..*self }
     }
-
-    /// Moves the pose by the right perturbation R ← R·exp(ω^), t ← t + R·τ,
-    /// and keeps R orthonormal.
-    pub fn moved(&self, omega: &Vector3<f64>, tau: &Vector3<f64>) -> Self {
-        let rotation = self.rotation * Rotation3::new(*omega);
-        Self {
-            rotation: orthonormal(&rotation),
-            translation: self.translation + self.rotation * tau,
-            ..*self
-        }
-    }
-}
-
-/// One Gram–Schmidt pass: products of many rotations drift.
-fn orthonormal(rotation: &Rotation3<f64>) -> Rotation3<f64> {
-    let m = rotation.matrix();
-    let x = m.column(0).normalize();
-    let y = (m.column(1) - x * x.dot(&m.column(1))).normalize();
-    Rotation3::from_matrix_unchecked(Matrix3::from_columns(&[x, y, x.cross(&y)]))
 }
 
 /// Euler's beta function.

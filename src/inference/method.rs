@@ -3,71 +3,10 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::params::{MergeRule, Params};
 use crate::geometry::kernel::Distance;
-
-/// What a run computes with.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
-#[serde(rename_all = "kebab-case")]
-pub enum Algorithm {
-    /// Gibbs sampling under a Chinese Restaurant Process.
-    #[default]
-    Sampler,
-    /// K clusters by k-means, and one fit to each.
-    #[serde(rename = "kmeans")]
-    KMeans,
-    /// One primitive with a class of outliers.
-    Ems,
-    /// One primitive after another, each with a class of outliers, until little
-    /// is left.
-    HierarchicalEms,
-}
-
-/// A parameter that some algorithms read and others don't.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Setting {
-    Alpha,
-    P0,
-    Iterations,
-    Clusters,
-    Seed,
-    Merge,
-    PrimitiveCost,
-    FitDistance,
-    Freeze,
-    Refine,
-    OutlierPrior,
-}
-
-impl Algorithm {
-    /// For people.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Sampler => "Sampler",
-            Self::KMeans => "K-means",
-            Self::Ems => "EMS",
-            Self::HierarchicalEms => "Hierarchical EMS",
-        }
-    }
-}
+use crate::inference::params::{Algorithm, MergeRule, Params};
 
 impl Params {
-    /// Whether a run with these parameters looks at `setting`.
-    pub fn reads(&self, setting: Setting) -> bool {
-        match self.algorithm {
-            Algorithm::Sampler => match setting {
-                Setting::PrimitiveCost => self.merge == MergeRule::Energy || self.refine,
-                Setting::OutlierPrior => false,
-                _ => true,
-            },
-            Algorithm::KMeans => matches!(setting, Setting::Clusters | Setting::Seed | Setting::FitDistance),
-            Algorithm::Ems => matches!(setting, Setting::FitDistance | Setting::OutlierPrior),
-            Algorithm::HierarchicalEms => {
-                matches!(setting, Setting::Seed | Setting::FitDistance | Setting::OutlierPrior)
-            }
-        }
-    }
-
     /// Iterations or steps of a whole run; `None` where nobody can know.
     pub fn steps(&self) -> Option<u32> {
         match self.algorithm {
@@ -75,20 +14,6 @@ impl Params {
             Algorithm::KMeans => Some(self.clusters),
             Algorithm::Ems | Algorithm::HierarchicalEms => None,
         }
-    }
-
-    /// Why a run with these parameters doesn't look at `setting`; `None` where
-    /// it does.
-    pub fn why_unread(&self, setting: Setting) -> Option<String> {
-        (!self.reads(setting)).then(|| match (self.algorithm, setting) {
-            (Algorithm::Sampler, Setting::OutlierPrior) => {
-                "The sampler has no class of outliers; EMS and hierarchical EMS read this".to_owned()
-            }
-            (Algorithm::Sampler, _) => {
-                "Only merging by energy and the refinement at the end read this".to_owned()
-            }
-            (other, _) => format!("{} doesn't read this", other.title()),
-        })
     }
 }
 
@@ -186,16 +111,7 @@ impl Method {
     pub fn of(params: &Params) -> Option<Self> {
         Self::ALL.into_iter().find(|method| {
             let named = method.params();
-            let tuned = Params {
-                alpha: params.alpha,
-                p0: params.p0,
-                iterations: params.iterations,
-                clusters: params.clusters,
-                seed: params.seed,
-                primitive_cost: params.primitive_cost,
-                outlier_prior: params.outlier_prior,
-                ..named
-            };
+            let tuned = named.tuned_as(params);
             // What a baseline doesn't read can't make it another method.
             let is_baseline = params.algorithm != Algorithm::Sampler;
             if is_baseline { params.algorithm == named.algorithm } else { tuned == *params }

@@ -2,49 +2,45 @@
 //! is measured against. Pure and seeded: the same cloud, parameters and seed
 //! give the same bits, whatever the number of threads. Works in a normalised
 //! frame; results leave in input units.
+//!
+//! Each layer uses only those below it:
+//!
+//! | layer | what lives there |
+//! |---|---|
+//! | `runs` | whole runs: the sampler's or a baseline's, edits, imports, checkpoints, merge proposals |
+//! | `gibbs` | the Gibbs sampler: sweep, separate and split, the log joint density |
+//! | `moves` | changes of the set of primitives: the configuration that they are judged in, the search, merges |
+//! | `objective` | the energy, and a cache of its terms |
+//! | `fit` | fits of one primitive: Levenberg–Marquardt, to points, symmetric, k-means, moments |
+//! | `data` | the cloud's model, the state, the result, random streams |
+//! | `parameters`, `method`, `params`, `control` | the table of parameters, named methods; cancelling and errors |
 
-pub mod abstraction;
-mod adjust;
-mod baselines;
-pub mod checkpoint;
-pub mod edit;
-mod energy;
-mod explain;
-mod field;
-mod fit;
-mod frame;
-mod joint;
-mod kmeans;
-mod merge;
+pub(crate) mod control;
+pub(crate) mod data;
+pub(crate) mod fit;
+pub(crate) mod gibbs;
 pub mod method;
-mod moments;
+pub(crate) mod moves;
+pub(crate) mod objective;
+pub mod parameters;
 pub mod params;
-pub mod proposal;
-mod refine;
-mod run;
-pub mod sampler;
-mod state;
-mod streams;
-mod sweep;
-mod take;
-mod thresholds;
-mod trust_region;
-mod two_way;
-mod uncertainty;
+pub(crate) mod runs;
 
-pub use abstraction::{Abstraction, Figures, MergeReport, Occurrence, Phase, Primitive, UNASSIGNED};
-pub use checkpoint::Checkpoint;
-pub use edit::Edit;
-pub use explain::{
+pub use control::{Cancel, InferenceError};
+pub use data::abstraction::{Abstraction, Figures, MergeReport, Occurrence, Phase, Primitive, UNASSIGNED};
+pub use data::label_uncertainty::{align_labels, aligned, disagreement, label_entropy};
+pub use data::state::Cluster;
+pub use gibbs::sampler::Sampler;
+pub use method::Method;
+pub use parameters::{PARAMETERS, Parameter, Setting};
+pub use params::{Algorithm, MergeRule, Params};
+pub use runs::checkpoint::Checkpoint;
+pub use runs::edit::Edit;
+pub use runs::explain::{
     Explanation, NewTable, Odds, expected_tables, explain, new_table_distance, normalised_scale,
 };
-pub use method::{Algorithm, Method, Setting};
-pub use params::{MergeRule, Params};
-pub use proposal::{MergeProposal, TestNumber};
-pub use run::Run;
-pub use sampler::{Cancel, InferenceError, Sampler};
-pub use state::Cluster;
-pub use uncertainty::{align_labels, aligned, disagreement, label_entropy};
+pub use runs::merge_proposal::{MergeProposal, TestNumber};
+pub use runs::run::Run;
 
 #[cfg(test)]
 mod tests;

@@ -1,9 +1,11 @@
 //! What a person can turn: one struct for the sliders, the command line and
 //! the report.
 
-use super::method::Algorithm;
 use crate::geometry::kernel::Distance;
 use serde::{Deserialize, Serialize};
+
+/// A cluster needs more points than this, all in one connected component.
+pub(crate) const SMALLEST_CLUSTER: usize = 20;
 
 /// Parameters of the inference. By default α, p₀, T and K have the paper's
 /// values, whereas merging, the distance of the fits, freezing and refining are
@@ -48,6 +50,35 @@ pub struct Params {
     pub outlier_prior: f64,
 }
 
+/// What a run computes with.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
+#[serde(rename_all = "kebab-case")]
+pub enum Algorithm {
+    /// Gibbs sampling under a Chinese Restaurant Process.
+    #[default]
+    Sampler,
+    /// K clusters by k-means, and one fit to each.
+    #[serde(rename = "kmeans")]
+    KMeans,
+    /// One primitive with a class of outliers.
+    Ems,
+    /// One primitive after another, each with a class of outliers, until little
+    /// is left.
+    HierarchicalEms,
+}
+
+impl Algorithm {
+    /// For people.
+    pub fn title(self) -> &'static str {
+        match self {
+            Self::Sampler => "Sampler",
+            Self::KMeans => "K-means",
+            Self::Ems => "EMS",
+            Self::HierarchicalEms => "Hierarchical EMS",
+        }
+    }
+}
+
 /// The test by which two clusters become one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, Default)]
 #[serde(rename_all = "kebab-case")]
@@ -82,14 +113,6 @@ impl Default for Params {
 }
 
 impl Params {
-    /// Limits of each parameter, as sliders and the command line offer them.
-    pub const ALPHA: (f64, f64) = (1e-3, 100.0);
-    pub const P0: (f64, f64) = (1e-6, 10.0);
-    pub const ITERATIONS: (u32, u32) = (1, 500);
-    pub const CLUSTERS: (u32, u32) = (1, 500);
-    pub const PRIMITIVE_COST: (f64, f64) = (0.1, 10.0);
-    pub const OUTLIER_PRIOR: (f64, f64) = (0.01, 0.99);
-
     /// The steps of the paper and the thresholds of its authors' program.
     pub fn paper() -> Self {
         Self {
@@ -98,50 +121,6 @@ impl Params {
             freeze: true,
             refine: false,
             ..Self::default()
-        }
-    }
-
-    /// Says which parameter is out of its limits, if one is.
-    pub fn check(&self) -> Result<(), String> {
-        fn within<T: PartialOrd + Copy + Into<f64>>(
-            name: &str,
-            value: T,
-            (low, high): (T, T),
-        ) -> Result<(), String> {
-            if value >= low && value <= high {
-                return Ok(());
-            }
-            let [value, low, high] = [value, low, high].map(|v| brief(v.into()));
-            Err(format!("{name} is {value}, but must lie between {low} and {high}"))
-        }
-        within("alpha", self.alpha, Self::ALPHA)?;
-        within("p0", self.p0, Self::P0)?;
-        within("iterations", self.iterations, Self::ITERATIONS)?;
-        within("clusters", self.clusters, Self::CLUSTERS)?;
-        within("primitive cost", self.primitive_cost, Self::PRIMITIVE_COST)?;
-        within("outlier prior", self.outlier_prior, Self::OUTLIER_PRIOR)
-    }
-}
-
-/// A number as a person would write it: 0.001, 1e300.
-fn brief(value: f64) -> String {
-    let size = value.abs();
-    if size == 0.0 || !size.is_finite() || (1e-4..1e7).contains(&size) {
-        format!("{value}")
-    } else {
-        format!("{value:e}")
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_out_of_their_limits_are_told_in_few_digits() {
-        for (p0, text) in [(1e300, "1e300"), (-1e-300, "-1e-300"), (f64::NAN, "NaN"), (20.0, "20")] {
-            let problem = Params { p0, ..Params::default() }.check().unwrap_err();
-            assert_eq!(problem, format!("p0 is {text}, but must lie between 1e-6 and 10"));
         }
     }
 }

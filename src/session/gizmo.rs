@@ -9,7 +9,7 @@ use nalgebra::{Point3, Rotation3, Unit, UnitQuaternion, Vector2, Vector3};
 
 use super::camera::Camera;
 use crate::geometry::Superquadric;
-use crate::inference::Edit;
+use crate::geometry::theta::Bounds;
 
 mod screen;
 #[cfg(test)]
@@ -270,7 +270,7 @@ impl Gizmo {
                 let step = self.step_along(axis, &self.taper_place(axis), from, to)?;
                 let taper = shape.taper.get_mut(axis)?;
                 *taper =
-                    (*taper + step / shape.semi_axes[axis]).clamp(-Edit::LARGEST_TAPER, Edit::LARGEST_TAPER);
+                    (*taper + step / shape.semi_axes[axis]).clamp(Bounds::FITS.taper.0, Bounds::FITS.taper.1);
             }
             Handle::Exponent(which) => {
                 let held = self.screen.pixel(&self.exponent_place(which, *shape.exponents.get(which)?))?;
@@ -316,7 +316,7 @@ impl Gizmo {
             let seen = self.screen.pixel(&self.exponent_place(which, e));
             seen.map_or(f64::INFINITY, |p| (p - pixel).norm())
         };
-        let (low, high) = Edit::EXPONENTS;
+        let (low, high) = Bounds::FITS.exponents;
         let steps = 64;
         let step = (high - low) / f64::from(steps);
         let nearest = (0..=steps)

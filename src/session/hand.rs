@@ -8,7 +8,7 @@ use super::merging::MERGE;
 use super::messages::Level;
 use super::undo::{Step, Undoable};
 use super::{Action, Effect, Session, Verb};
-use crate::inference::{Edit, Params};
+use crate::inference::{Edit, Setting};
 use crate::io::Shape;
 use crate::worker::{Activity, Command, LoadedShape};
 
@@ -89,7 +89,7 @@ impl Session {
         let done = self.snapshot.as_ref().map_or(0, |s| s.abstraction.iteration);
         let effects = self.work(Command::Extend(more), Activity::Running);
         // As the run's own T, which the next change of a slider sends back.
-        self.params.iterations = (done + more).min(Params::ITERATIONS.1);
+        self.params.iterations = (done + more).min(Setting::Iterations.most());
         effects
     }
 

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::{Effect, Session, Verb};
 use crate::geometry::palette::Colors;
-use crate::inference::{Abstraction, Params, Phase, Setting, UNASSIGNED};
+use crate::inference::{Abstraction, Params, Phase, UNASSIGNED};
 use crate::worker::{Activity, Command, Renewed, SamplingOptions, Setup};
 
 /// What the session knows of renewals.
@@ -194,27 +194,7 @@ impl Session {
 /// Whether the two lead to the same run: what the method doesn't read doesn't
 /// matter.
 fn makes_same_run(a: &Setup, b: &Setup) -> bool {
-    a.sampling == b.sampling && as_read(&a.params) == as_read(&b.params)
-}
-
-/// The parameters with what isn't read at its default.
-fn as_read(p: &Params) -> Params {
-    let unread = Params::default();
-    let reads = |setting| p.reads(setting);
-    Params {
-        algorithm: p.algorithm,
-        alpha: if reads(Setting::Alpha) { p.alpha } else { unread.alpha },
-        p0: if reads(Setting::P0) { p.p0 } else { unread.p0 },
-        iterations: if reads(Setting::Iterations) { p.iterations } else { unread.iterations },
-        clusters: if reads(Setting::Clusters) { p.clusters } else { unread.clusters },
-        seed: if reads(Setting::Seed) { p.seed } else { unread.seed },
-        merge: if reads(Setting::Merge) { p.merge } else { unread.merge },
-        primitive_cost: if reads(Setting::PrimitiveCost) { p.primitive_cost } else { unread.primitive_cost },
-        fit_distance: if reads(Setting::FitDistance) { p.fit_distance } else { unread.fit_distance },
-        freeze: if reads(Setting::Freeze) { p.freeze } else { unread.freeze },
-        refine: if reads(Setting::Refine) { p.refine } else { unread.refine },
-        outlier_prior: if reads(Setting::OutlierPrior) { p.outlier_prior } else { unread.outlier_prior },
-    }
+    a.sampling == b.sampling && a.params == b.params.with_unread_of(&a.params)
 }
 
 /// For each primitive of `before` the one of `after` that holds most of its

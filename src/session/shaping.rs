@@ -9,6 +9,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use super::gizmo::{Handle, angle_between};
 use super::{Effect, Session};
 use crate::geometry::Superquadric;
+use crate::geometry::theta::Bounds;
 use crate::inference::{Algorithm, Edit, Primitive};
 use crate::worker::Activity;
 
@@ -44,9 +45,9 @@ pub struct ShapeLimits {
 
 impl ShapeLimits {
     /// Of ε1 and ε2, as fits keep them.
-    pub const EXPONENTS: (f64, f64) = Edit::EXPONENTS;
+    pub const EXPONENTS: (f64, f64) = Bounds::FITS.exponents;
     /// Of kx and ky, as fits keep them.
-    pub const TAPER: (f64, f64) = (-Edit::LARGEST_TAPER, Edit::LARGEST_TAPER);
+    pub const TAPER: (f64, f64) = Bounds::FITS.taper;
     /// Semi-axes in longest edges of the shape's box.
     const SEMI_AXES: (f64, f64) = (1e-3, 10.0);
     /// How far from the shape's centre a primitive's may lie, in the same.

@@ -8,7 +8,7 @@ use super::workspace::Workspace;
 use super::*;
 use crate::geometry::{SampleCloud, Superquadric};
 use crate::inference::Checkpoint;
-use crate::inference::{Abstraction, Figures, MergeReport, Method, Occurrence, checkpoint};
+use crate::inference::{Abstraction, Figures, MergeReport, Method, Occurrence};
 use crate::io::{Attributes, Format, PointCloud, Shape, ShapeGeometry};
 use crate::worker::{Cause, Event, Helper};
 
@@ -60,7 +60,7 @@ fn snapshot(ids: &[u32], phase: Phase, iteration: u32, occurrences: Vec<Occurren
         next_id: 0,
         next_revision: 0,
         unions: Vec::new(),
-        work: checkpoint::Work::Sampler,
+        work: crate::inference::runs::checkpoint::Work::Sampler,
     });
     Event::Snapshot(Arc::new(Snapshot {
         key: Snapshot::new_key(),

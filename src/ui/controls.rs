@@ -9,7 +9,8 @@ use super::widgets::{
 };
 use crate::geometry::kernel::Distance;
 use crate::geometry::{Isolated, Surface};
-use crate::inference::{MergeRule, Method, Params, Setting};
+use crate::inference::parameters::{Number, Taken};
+use crate::inference::{MergeRule, Method, PARAMETERS, Parameter, Params, Setting};
 use crate::io::ShapeGeometry;
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
@@ -166,70 +167,25 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     section(ui, "Parameters");
     let mut p = session.params;
     method(ui, &p, actions);
-    Row {
-        label: "Concentration α",
-        tooltip: "α, the concentration of the Chinese Restaurant Process: the larger, the more \
-                  primitives are expected before a point is seen.",
-        taken: Taken::Iteration,
-        setting: Setting::Alpha,
+    for parameter in &PARAMETERS {
+        number(ui, session, &mut p, parameter);
+        match parameter.setting {
+            Setting::Alpha => priors::tables(ui, session, &p),
+            Setting::P0 => priors::distance(ui, session, &p),
+            _ => {}
+        }
     }
-    .show(ui, session, &mut p, |p| &mut p.alpha, Params::ALPHA);
-    priors::tables(ui, session, &p);
-    Row {
-        label: "New cluster p0",
-        tooltip: "p0, the density that a new primitive gives to any point. The larger, the nearer a \
-                  point must lie to a primitive to stay with it.",
-        taken: Taken::Iteration,
-        setting: Setting::P0,
-    }
-    .show(ui, session, &mut p, |p| &mut p.p0, Params::P0);
-    priors::distance(ui, session, &p);
-    Row {
-        label: "Iterations T",
-        tooltip: "T, the number of Gibbs iterations of a run.",
-        taken: Taken::Iteration,
-        setting: Setting::Iterations,
-    }
-    .show(ui, session, &mut p, |p| &mut p.iterations, Params::ITERATIONS);
-    Row {
-        label: "Clusters K",
-        tooltip: "K, the number of k-means clusters that a run starts with.",
-        taken: Taken::Start,
-        setting: Setting::Clusters,
-    }
-    .show(ui, session, &mut p, |p| &mut p.clusters, Params::CLUSTERS);
-    Row {
-        label: "Cost of a primitive",
-        tooltip: "How much of the error a primitive has to save to be worth having, as a multiple of the \
-                  default: more gives fewer primitives with larger errors, less the other way.",
-        taken: Taken::Merge,
-        setting: Setting::PrimitiveCost,
-    }
-    .show(ui, session, &mut p, |p| &mut p.primitive_cost, Params::PRIMITIVE_COST);
-    Row {
-        label: "Outlier prior w0",
-        tooltip: "w0, the share of outliers that EMS expects before it has seen a point: the larger, the \
-                  nearer a point must lie to the primitive to belong to it.",
-        taken: Taken::Step,
-        setting: Setting::OutlierPrior,
-    }
-    .show(ui, session, &mut p, |p| &mut p.outlier_prior, Params::OUTLIER_PRIOR);
     let before = p;
     where_read(ui, &before, Setting::Seed, |ui| {
         ui.horizontal(|ui| {
             let label = labelled(ui, "Seed");
             ui.add(DragValue::new(&mut p.seed).speed(0.05).update_while_editing(false))
                 .labelled_by(label)
-                .on_hover_text(
-                    Taken::Start.after(session, "Seed of every random draw: the same seed, the same result."),
-                )
+                .on_hover_text(after(session, Setting::Seed))
         })
         .inner
     });
     Choices {
-        label: "Merging",
-        tooltip: "The test by which two primitives become one.",
-        taken: Taken::Merge,
         setting: Setting::Merge,
         options: &[
             (
@@ -247,9 +203,6 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     }
     .show(ui, session, &mut p, |p| &mut p.merge);
     Choices {
-        label: "Fit distance",
-        tooltip: "What the fit of a primitive minimises.",
-        taken: Taken::Fit,
         setting: Setting::FitDistance,
         options: &[
             (
@@ -262,28 +215,15 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     }
     .show(ui, session, &mut p, |p| &mut p.fit_distance);
     type Field = fn(&mut Params) -> &mut bool;
-    let switches: [(Field, Setting, &str, &str); 2] = [
-        (
-            |p| &mut p.refine,
-            Setting::Refine,
-            "Refine at the end",
-            "After the last iteration, assign, refit, cut, merge and remove while that lowers the energy: \
-             two-way error plus cost of primitives",
-        ),
-        (
-            |p| &mut p.freeze,
-            Setting::Freeze,
-            "Freeze good fits",
-            "Points of well fitted primitives keep their label in later sweeps: faster, as in the paper, \
-             but mistakes are kept too",
-        ),
-    ];
-    for (field, setting, text, tooltip) in switches {
+    let switches: [(Field, Setting); 2] =
+        [(|p| &mut p.refine, Setting::Refine), (|p| &mut p.freeze, Setting::Freeze)];
+    for (field, setting) in switches {
+        let Parameter { label, tooltip, .. } = setting.parameter();
         let before = p;
         where_read(ui, &before, setting, |ui| {
             ui.horizontal(|ui| {
                 ui.allocate_space(vec2(LABELS, theme::ROW));
-                ui.checkbox(field(&mut p), text).on_hover_text(tooltip)
+                ui.checkbox(field(&mut p), *label).on_hover_text(*tooltip)
             })
             .inner
         });
@@ -351,39 +291,26 @@ fn labelled(ui: &mut Ui, text: &str) -> egui::Id {
     .inner
 }
 
-/// When a parameter is read that was changed with Live off.
-#[derive(Debug, Clone, Copy)]
-enum Taken {
-    Iteration,
-    Step,
-    Fit,
-    Merge,
-    Start,
-}
-
-impl Taken {
-    /// A tooltip that says so; with Live on there is nothing to wait for.
-    fn after(self, session: &Session, tooltip: &str) -> String {
-        let when = if session.live.is_on {
-            "Live is on: the whole run is made anew at every change."
-        } else {
-            match self {
-                Self::Iteration => "Taken at the next iteration.",
-                Self::Step => "Taken at the next step.",
-                Self::Fit => "Taken at the next iteration or fit.",
-                Self::Merge => "Taken at the next merge and at the end.",
-                Self::Start => "Taken at the next start.",
-            }
-        };
-        format!("{tooltip} {when}")
-    }
+/// A parameter's tooltip that says when it is taken; with Live on there is
+/// nothing to wait for.
+fn after(session: &Session, setting: Setting) -> String {
+    let Parameter { tooltip, taken, .. } = setting.parameter();
+    let when = if session.live.is_on {
+        "Live is on: the whole run is made anew at every change."
+    } else {
+        match taken {
+            Taken::Iteration => "Taken at the next iteration.",
+            Taken::Step => "Taken at the next step.",
+            Taken::Fit => "Taken at the next iteration or fit.",
+            Taken::Merge => "Taken at the next merge and at the end.",
+            Taken::Start => "Taken at the next start.",
+        }
+    };
+    format!("{tooltip} {when}")
 }
 
 /// A parameter that is one of a few.
 struct Choices<'a, T> {
-    label: &'static str,
-    tooltip: &'static str,
-    taken: Taken,
     setting: Setting,
     /// Value, text and tooltip.
     options: &'a [(T, &'static str, &'static str)],
@@ -395,9 +322,10 @@ impl<T: Copy + PartialEq> Choices<'_, T> {
         let value = field(params);
         where_read(ui, &before, self.setting, |ui| {
             ui.horizontal(|ui| {
-                let label = labelled(ui, self.label);
+                let text = self.setting.parameter().label;
+                let label = labelled(ui, text);
                 let chosen = self.options.iter().find(|(v, ..)| v == value).map_or("", |(_, text, _)| text);
-                egui::ComboBox::from_id_salt(self.label)
+                egui::ComboBox::from_id_salt(text)
                     .selected_text(chosen)
                     .width(ui.available_width() - 8.0)
                     .show_ui(ui, |ui| {
@@ -407,55 +335,54 @@ impl<T: Copy + PartialEq> Choices<'_, T> {
                     })
                     .response
                     .labelled_by(label)
-                    .on_hover_text(self.taken.after(session, self.tooltip))
+                    .on_hover_text(after(session, self.setting))
             })
             .inner
         });
     }
 }
 
-/// A parameter: its label, a slider and the number itself.
-struct Row {
-    label: &'static str,
-    tooltip: &'static str,
-    taken: Taken,
-    setting: Setting,
+/// A parameter that is a number: its label, a slider and the number itself.
+fn number(ui: &mut Ui, session: &Session, params: &mut Params, parameter: &Parameter) {
+    match parameter.number {
+        Some(Number::Real(field, range)) => slider(ui, session, params, parameter, field, range),
+        Some(Number::Count(field, range)) => slider(ui, session, params, parameter, field, range),
+        None => {}
+    }
 }
 
-impl Row {
-    fn show<Num: egui::emath::Numeric>(
-        &self,
-        ui: &mut Ui,
-        session: &Session,
-        params: &mut Params,
-        field: fn(&mut Params) -> &mut Num,
-        (low, high): (Num, Num),
-    ) {
-        let before = *params;
-        let value = field(params);
-        where_read(ui, &before, self.setting, |ui| {
-            ui.horizontal(|ui| {
-                let label = labelled(ui, self.label);
-                let gap = ui.spacing().item_spacing.x;
-                ui.spacing_mut().slider_width = (ui.available_width() - NUMBER - gap).max(40.0);
-                let tooltip = self.taken.after(session, self.tooltip);
-                let slider = ui
-                    .add(Slider::new(value, low..=high).logarithmic(true).show_value(false))
-                    .labelled_by(label)
-                    .on_hover_text(&tooltip);
-                let number = if Num::INTEGRAL {
-                    DragValue::new(value).speed(0.2).update_while_editing(false)
-                } else {
-                    let speed = value.to_f64().abs() * 0.01;
-                    editable(value, setting).speed(speed)
-                };
-                let number = ui
-                    .add_sized([NUMBER, theme::ROW], number.range(low..=high))
-                    .labelled_by(label)
-                    .on_hover_text(tooltip);
-                slider | number
-            })
-            .inner
-        });
-    }
+fn slider<Num: egui::emath::Numeric>(
+    ui: &mut Ui,
+    session: &Session,
+    params: &mut Params,
+    parameter: &Parameter,
+    field: fn(&mut Params) -> &mut Num,
+    (low, high): (Num, Num),
+) {
+    let before = *params;
+    let value = field(params);
+    where_read(ui, &before, parameter.setting, |ui| {
+        ui.horizontal(|ui| {
+            let label = labelled(ui, parameter.label);
+            let gap = ui.spacing().item_spacing.x;
+            ui.spacing_mut().slider_width = (ui.available_width() - NUMBER - gap).max(40.0);
+            let tooltip = after(session, parameter.setting);
+            let slider = ui
+                .add(Slider::new(value, low..=high).logarithmic(true).show_value(false))
+                .labelled_by(label)
+                .on_hover_text(&tooltip);
+            let number = if Num::INTEGRAL {
+                DragValue::new(value).speed(0.2).update_while_editing(false)
+            } else {
+                let speed = value.to_f64().abs() * 0.01;
+                editable(value, setting).speed(speed)
+            };
+            let number = ui
+                .add_sized([NUMBER, theme::ROW], number.range(low..=high))
+                .labelled_by(label)
+                .on_hover_text(tooltip);
+            slider | number
+        })
+        .inner
+    });
 }

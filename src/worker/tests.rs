@@ -12,7 +12,7 @@ use super::*;
 use crate::geometry::{Bulk, SampleCloud, Superquadric};
 use crate::inference::{
     Abstraction, Cancel, Checkpoint, Edit, Figures, InferenceError, MergeProposal, MergeReport, Occurrence,
-    Params, Phase, Primitive, UNASSIGNED, checkpoint,
+    Params, Phase, Primitive, UNASSIGNED,
 };
 
 mod ending;
@@ -87,7 +87,7 @@ impl Machine for Scripted {
             next_id: self.merges,
             next_revision: 0,
             unions: Vec::new(),
-            work: checkpoint::Work::Sampler,
+            work: crate::inference::runs::checkpoint::Work::Sampler,
         }
     }
     /// Any edit is one more merge; that of primitive 0 is refused.

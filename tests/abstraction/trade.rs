@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use superform::geometry::{SampleCloud, SamplingOptions};
-use superform::inference::{Cancel, Params, Sampler};
+use superform::inference::{Cancel, Params, Sampler, Setting};
 
 /// Number of primitives and mean distance, means over three seeds.
 fn outcome(cloud: &Arc<SampleCloud>, primitive_cost: f64) -> (f64, f64) {
@@ -27,7 +27,7 @@ fn outcome(cloud: &Arc<SampleCloud>, primitive_cost: f64) -> (f64, f64) {
 fn dearer_primitives_are_fewer_and_farther_from_their_points() {
     let sampling = SamplingOptions { points: 1000, ..SamplingOptions::default() };
     let cloud = Arc::new(superform::io::sample(&superform::io::built_in().unwrap(), &sampling).unwrap());
-    let (low, high) = Params::PRIMITIVE_COST;
+    let (low, high) = Setting::PrimitiveCost.range();
     let outcomes = [low, 1.0, high].map(|cost| outcome(&cloud, cost));
     for pair in outcomes.windows(2) {
         let [(few, near), (fewer, farther)] = [pair[0], pair[1]];

@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{CommandFactory as _, Parser as _};
 use superform::cli::Cli;
-use superform::inference::{Method, Params};
+use superform::inference::{Method, PARAMETERS};
 use superform::io::Format;
 
 use crate::guide::targets;
@@ -176,16 +176,9 @@ fn commands_in_the_pages_can_be_given() {
 fn limits_in_the_guide_are_the_programs() {
     let text = page("docs/guide/parameters.md");
     let number = |text: &str| -> f64 { if text == "10⁻⁶" { 1e-6 } else { text.parse().unwrap() } };
-    let whole = |(low, high): (u32, u32)| (f64::from(low), f64::from(high));
-    for (heading, limits) in [
-        ("## Cost of a primitive", Params::PRIMITIVE_COST),
-        ("## Concentration α", Params::ALPHA),
-        ("## New cluster p0", Params::P0),
-        ("## Iterations T", whole(Params::ITERATIONS)),
-        ("## Clusters K", whole(Params::CLUSTERS)),
-        ("## Outlier prior w0", Params::OUTLIER_PRIOR),
-    ] {
-        let part = text.split(heading).nth(1).unwrap_or_else(|| panic!("no {heading}"));
+    for parameter in PARAMETERS.iter().filter(|p| p.number.is_some()) {
+        let (heading, limits) = (format!("## {}", parameter.label), parameter.setting.range());
+        let part = text.split(&heading).nth(1).unwrap_or_else(|| panic!("no {heading}"));
         let part = part.split("\n## ").next().unwrap().replace('\n', " ");
         let (low, high) = part.split("From ").nth(1).and_then(|rest| rest.split_once(" to ")).unwrap();
         let high = high.split([' ', '!']).next().unwrap().trim_end_matches('.');

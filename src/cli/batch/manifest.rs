@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::names::nested;
-use crate::cli::settings::{KEYS, key};
+use crate::cli::settings::{key, keys};
 
 /// One job of a list.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -85,7 +85,7 @@ impl Builder<'_> {
     }
 
     fn unknown(&self, line: u64, column: &str) -> String {
-        let settings: Vec<&str> = KEYS.iter().map(|(name, _)| *name).collect();
+        let settings: Vec<&str> = keys().collect();
         self.at(
             line,
             format_args!(

@@ -2,7 +2,7 @@
 
 use std::str::FromStr;
 
-use crate::cli::settings::{KEYS, key};
+use crate::cli::settings::{key, keys};
 
 /// Most values of one range.
 const MOST_VALUES: u64 = 10_000;
@@ -29,8 +29,8 @@ impl FromStr for Swept {
             )
         })?;
         let key = key(name).ok_or_else(|| {
-            let keys: Vec<&str> = KEYS.iter().map(|(name, _)| *name).collect();
-            format!("“{name}” is no setting; those are {}", keys.join(", "))
+            let names: Vec<&str> = keys().collect();
+            format!("“{name}” is no setting; those are {}", names.join(", "))
         })?;
         let mut values: Vec<String> = Vec::new();
         for part in list.to_lowercase().split(',').map(str::trim) {

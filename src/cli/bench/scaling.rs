@@ -17,7 +17,7 @@ use super::output::{aligned, none};
 use super::table::Spread;
 use crate::geometry::cloud::grouped;
 use crate::geometry::{SampleCloud, SamplingOptions, sample_cloud, scatter_mesh};
-use crate::inference::{Cancel, Method, Params, Run};
+use crate::inference::{Cancel, Method, Params, Run, Setting};
 use crate::io::{self, Inputs, Shape, ShapeGeometry};
 
 const MARKDOWN_FILE: &str = "scaling.md";
@@ -122,12 +122,12 @@ impl ScalingArgs {
         if shapes.len() > 1 {
             return Err("--scaling measures one shape; give one, or none for the built-in one".to_owned());
         }
-        let limits = |count: (u32, u32)| (count.0 as usize, count.1 as usize);
+        let limits = |setting: Setting| (setting.range().0 as usize, setting.most() as usize);
         let mut sizes = Vec::new();
         for (varied, mut values, (least, most)) in [
             (Varied::Samples, self.vary_points, (SamplingOptions::POINTS.0, MOST_POINTS)),
-            (Varied::Clusters, self.vary_clusters, limits(Params::CLUSTERS)),
-            (Varied::Iterations, self.vary_iterations, limits(Params::ITERATIONS)),
+            (Varied::Clusters, self.vary_clusters, limits(Setting::Clusters)),
+            (Varied::Iterations, self.vary_iterations, limits(Setting::Iterations)),
         ] {
             values.sort_unstable();
             values.dedup();

@@ -7,7 +7,7 @@ use nalgebra::{SMatrix, SVector, Vector3};
 use super::{
     Coefficients, Distance, EUCLIDEAN, FIRST_ORDER, LANES, PointBlock, RADIAL, derivatives, local, weight,
 };
-use crate::geometry::superquadric::{PARAMETERS, Superquadric};
+use crate::geometry::theta::{PARAMETERS, Superquadric};
 
 /// Registers' worth of points whose derivatives are held at a time.
 const CHUNKS: usize = 4;
@@ -45,7 +45,11 @@ pub fn weighted_normal_equations(
 /// The normal equations of Σ (√(d² + δ²) − δ), d as in
 /// [`super::euclidean_distances`] and δ = `rounding`, each point weighted by
 /// 1/√(d² + δ²).
-pub fn rounded_normal_equations(shape: &Superquadric, points: &PointBlock, rounding: f64) -> NormalEquations {
+pub fn pseudo_huber_normal_equations(
+    shape: &Superquadric,
+    points: &PointBlock,
+    rounding: f64,
+) -> NormalEquations {
     equations(shape, points, None, EUCLIDEAN, rounding)
 }
 

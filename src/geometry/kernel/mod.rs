@@ -13,8 +13,11 @@ mod math;
 use multiversion::multiversion;
 use nalgebra::Point3;
 
-use super::superquadric::{LOG_FLOOR, PARAMETERS, Superquadric, TAPER_FLOOR};
-pub use equations::{NormalEquations, normal_equations, rounded_normal_equations, weighted_normal_equations};
+use super::superquadric::{LOG_FLOOR, TAPER_FLOOR};
+use super::theta::{PARAMETERS, Superquadric};
+pub use equations::{
+    NormalEquations, normal_equations, pseudo_huber_normal_equations, weighted_normal_equations,
+};
 use math::{exp, exp_f64, ln, log_phi, log_phi_value};
 
 /// Points that one step of the inner loops handles: the widest vector register
@@ -362,7 +365,7 @@ pub fn weighted_cost(shape: &Superquadric, points: &PointBlock, weights: &[f64],
 
 /// Σ (√(d² + δ²) − δ) over the block, d as in [`euclidean_distances`] and
 /// δ = `rounding`.
-pub fn rounded_cost(shape: &Superquadric, points: &PointBlock, rounding: f64) -> f64 {
+pub fn pseudo_huber_cost(shape: &Superquadric, points: &PointBlock, rounding: f64) -> f64 {
     total(shape, points, EUCLIDEAN, rounding as f32)
 }
 

@@ -90,19 +90,6 @@ fn a_weight_counts_as_so_many_points() {
     }
 }
 
-/// θ moved by `step` in one parameter.
-fn moved(shape: &Superquadric, parameter: usize, step: f64) -> Superquadric {
-    let mut s = *shape;
-    let mut pose = [0.0; 6];
-    match parameter {
-        0 | 1 => s.exponents[parameter] += step,
-        2..=4 => s.semi_axes[parameter - 2] += step,
-        5..=10 => pose[parameter - 5] = step,
-        _ => s.taper[parameter - 11] += step,
-    }
-    s.moved(&Vector3::from_column_slice(&pose[..3]), &Vector3::from_column_slice(&pose[3..]))
-}
-
 /// Beyond the box of the body, the distance is the way to the box.
 #[test]
 fn far_points_pull_with_the_derivatives_of_the_way_to_the_box() {
@@ -124,12 +111,12 @@ fn far_points_pull_with_the_derivatives_of_the_way_to_the_box() {
             continue;
         }
         boxed += 1;
-        let found = rounded_normal_equations(&shape, &std::iter::once(x).collect(), rounding);
+        let found = pseudo_huber_normal_equations(&shape, &std::iter::once(x).collect(), rounding);
         let size = beyond.hypot(rounding);
         assert!((found.cost - (size - rounding)).abs() < 1e-5 * (1.0 + size));
         for k in 0..PARAMETERS {
             let h = 1e-5;
-            let slope = (way(&moved(&shape, k, h), &x) - way(&moved(&shape, k, -h), &x)) / (2.0 * h);
+            let slope = (way(&shape.nudged(k, h), &x) - way(&shape.nudged(k, -h), &x)) / (2.0 * h);
             let expected = beyond / size * slope;
             assert!((found.jtr[k] - expected).abs() < 1e-4 * (1.0 + expected.abs()), "{k} {expected}");
             assert!((found.jtj[(k, k)] - slope * slope / size).abs() < 1e-4 * (1.0 + slope * slope / size));
@@ -139,14 +126,14 @@ fn far_points_pull_with_the_derivatives_of_the_way_to_the_box() {
 }
 
 #[test]
-fn rounded_costs_are_those_of_the_reference() {
+fn pseudo_huber_costs_are_those_of_the_reference() {
     let block = points(203);
     let delta = 0.02;
     for shape in shapes() {
         let expected: f64 = block.iter().map(|x| shape.first_order_distance(&x).hypot(delta) - delta).sum();
-        let found = rounded_cost(&shape, &block, delta);
+        let found = pseudo_huber_cost(&shape, &block, delta);
         assert!((found - expected).abs() <= 1e-4 * expected, "{found} {expected}");
-        let equations = rounded_normal_equations(&shape, &block, delta);
+        let equations = pseudo_huber_normal_equations(&shape, &block, delta);
         assert!((equations.cost - found).abs() <= 1e-5 * found);
     }
 }

@@ -8,13 +8,14 @@ use nalgebra::{Point3, Rotation3, Unit, Vector3};
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, StandardNormal};
 
-use super::super::abstraction::{Abstraction, Figures, Phase, UNASSIGNED};
-use super::super::method::{Algorithm, Method, Setting};
-use super::super::params::{MergeRule, Params};
-use super::super::run::Run;
-use super::super::sampler::{Cancel, InferenceError};
 use super::{block, cancelled_after, check, delays, gate, jitter, rng, same_bits, sampler, samples, scene};
 use crate::geometry::{SampleCloud, Superquadric, tessellate};
+use crate::inference::control::{Cancel, InferenceError};
+use crate::inference::data::abstraction::{Abstraction, Figures, Phase, UNASSIGNED};
+use crate::inference::method::Method;
+use crate::inference::parameters::Setting;
+use crate::inference::params::{Algorithm, MergeRule, Params};
+use crate::inference::runs::run::Run;
 
 const BASELINES: [Method; 3] = [Method::KMeans, Method::Ems, Method::HierarchicalEms];
 
@@ -39,11 +40,11 @@ fn finish(run: Run) -> Abstraction {
 /// Mean distance between two surfaces, there and back, in parts of √area of the
 /// first.
 fn between(truth: &Superquadric, found: &Superquadric) -> f64 {
-    let one_way = |from: &Superquadric, to: &Superquadric| {
+    let fit_points = |from: &Superquadric, to: &Superquadric| {
         let points = samples(from, 700);
         points.iter().map(|x| to.first_order_distance(x)).sum::<f64>() / points.len() as f64
     };
-    0.5 * (one_way(truth, found) + one_way(found, truth)) / tessellate::surface_area(truth).sqrt()
+    0.5 * (fit_points(truth, found) + fit_points(found, truth)) / tessellate::surface_area(truth).sqrt()
 }
 
 fn placed(shape: Superquadric, rng: &mut impl Rng) -> Superquadric {

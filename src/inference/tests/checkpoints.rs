@@ -4,14 +4,14 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
-use super::super::abstraction::{Phase, UNASSIGNED};
-use super::super::checkpoint::{Checkpoint, Work};
-use super::super::method::{Algorithm, Method};
-use super::super::params::{MergeRule, Params};
-use super::super::run::Run;
-use super::super::sampler::{Cancel, InferenceError};
 use super::{gate, same_bits};
 use crate::geometry::SampleCloud;
+use crate::inference::control::{Cancel, InferenceError};
+use crate::inference::data::abstraction::{Phase, UNASSIGNED};
+use crate::inference::method::Method;
+use crate::inference::params::{Algorithm, MergeRule, Params};
+use crate::inference::runs::checkpoint::{Checkpoint, Work};
+use crate::inference::runs::run::Run;
 
 fn cloud(n: usize) -> Arc<SampleCloud> {
     Arc::new(SampleCloud::from_points(&gate(n)))
@@ -40,17 +40,17 @@ fn every_method_goes_on_from_every_step_with_the_same_bits() {
         let params = Params { iterations: 17, clusters: 8, ..method.params() };
         let mut whole = Run::new(Arc::new(SampleCloud::from_points(&points)), params, &never()).unwrap();
         // This one is taken apart at every step.
-        let mut pieces = reborn(&whole, &points);
+        let mut primitives = reborn(&whole, &points);
         while !whole.is_finished() {
             let told = whole.step(&never()).unwrap();
-            assert_eq!(told, pieces.step(&never()).unwrap(), "{method}");
-            assert!(same_bits(&whole.abstraction(), &pieces.abstraction()), "{method}");
-            assert_eq!(whole.checkpoint(), pieces.checkpoint(), "{method}");
-            pieces = reborn(&pieces, &points);
+            assert_eq!(told, primitives.step(&never()).unwrap(), "{method}");
+            assert!(same_bits(&whole.abstraction(), &primitives.abstraction()), "{method}");
+            assert_eq!(whole.checkpoint(), primitives.checkpoint(), "{method}");
+            primitives = reborn(&primitives, &points);
         }
-        assert!(pieces.is_finished(), "{method}");
-        assert_eq!(pieces.abstraction().phase, Phase::Finished);
-        assert!(pieces.step(&never()).unwrap().is_empty());
+        assert!(primitives.is_finished(), "{method}");
+        assert_eq!(primitives.abstraction().phase, Phase::Finished);
+        assert!(primitives.step(&never()).unwrap().is_empty());
     }
 }
 
@@ -65,13 +65,13 @@ fn merges_by_hand_go_on_with_the_same_bits() {
             whole.step(&never()).unwrap();
         }
         whole.set_params(Params { merge, ..params }).unwrap();
-        let mut pieces = reborn(&whole, &points);
+        let mut primitives = reborn(&whole, &points);
         let mut merges = 0;
         loop {
             let report = whole.step_merge(&never()).unwrap();
-            assert_eq!(report, pieces.step_merge(&never()).unwrap());
-            pieces = reborn(&pieces, &points);
-            assert_eq!(whole.checkpoint(), pieces.checkpoint());
+            assert_eq!(report, primitives.step_merge(&never()).unwrap());
+            primitives = reborn(&primitives, &points);
+            assert_eq!(whole.checkpoint(), primitives.checkpoint());
             match report {
                 Some(_) => merges += 1,
                 None => break,
@@ -79,8 +79,8 @@ fn merges_by_hand_go_on_with_the_same_bits() {
         }
         assert!(merges > 1, "{merge:?}: nothing to tell the two apart");
         whole.step(&never()).unwrap();
-        pieces.step(&never()).unwrap();
-        assert!(same_bits(&whole.abstraction(), &pieces.abstraction()));
+        primitives.step(&never()).unwrap();
+        assert!(same_bits(&whole.abstraction(), &primitives.abstraction()));
     }
 }
 
@@ -137,7 +137,7 @@ fn a_damaged_checkpoint_is_refused_in_words() {
         (Algorithm::KMeans, Work::Fits(usize::MAX)),
         (
             Algorithm::HierarchicalEms,
-            Work::Parts(vec![super::super::checkpoint::Part { points: vec![], depth: 0 }]),
+            Work::Parts(vec![crate::inference::runs::checkpoint::Part { points: vec![], depth: 0 }]),
         ),
         (Algorithm::Ems, Work::Sampler),
     ] {

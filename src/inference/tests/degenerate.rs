@@ -4,10 +4,11 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
-use super::super::params::Params;
-use super::super::sampler::{Cancel, InferenceError, Sampler};
 use super::{check, gate, noise, samples, short};
 use crate::geometry::{SampleCloud, Superquadric};
+use crate::inference::control::{Cancel, InferenceError};
+use crate::inference::gibbs::sampler::Sampler;
+use crate::inference::params::Params;
 
 #[test]
 fn degenerate_clouds_give_an_error_or_finite_results() {

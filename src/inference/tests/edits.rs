@@ -5,14 +5,14 @@ use std::sync::Arc;
 use nalgebra::{Point3, Vector3};
 use rand::RngExt;
 
-use super::super::abstraction::{Abstraction, Occurrence, Phase, UNASSIGNED};
-use super::super::edit::Edit;
-use super::super::method::Algorithm;
-use super::super::params::{MergeRule, Params};
-use super::super::run::Run;
-use super::super::sampler::{Cancel, InferenceError};
 use super::{cancelled_after, check, gate, rng, same_bits, short};
 use crate::geometry::SampleCloud;
+use crate::geometry::theta::Bounds;
+use crate::inference::control::{Cancel, InferenceError};
+use crate::inference::data::abstraction::{Abstraction, Occurrence, Phase, UNASSIGNED};
+use crate::inference::params::{Algorithm, MergeRule, Params};
+use crate::inference::runs::edit::Edit;
+use crate::inference::runs::run::Run;
 
 fn never() -> Cancel {
     Cancel::default()
@@ -35,7 +35,7 @@ fn refused(run: &mut Run, edit: &Edit) -> String {
     let before = run.checkpoint();
     let error = run.edit(edit, &never()).unwrap_err();
     assert_eq!(run.checkpoint(), before, "half an edit stayed");
-    assert!(matches!(error, InferenceError::Edit(_)));
+    assert!(matches!(error, InferenceError::Edit(_) | InferenceError::Shape(_)));
     error.to_string()
 }
 
@@ -90,7 +90,7 @@ fn shapes_out_of_their_limits_are_refused_in_words() {
     broken[4].translation.x = f64::INFINITY;
     broken[5].semi_axes.x = 1e30;
     broken[6].rotation = nalgebra::Rotation3::from_matrix_unchecked(nalgebra::Matrix3::identity() * 2.0);
-    let words = ["ε1", "ε1", "taper", "semi-axis", "far", "large", "rotation"];
+    let words = ["exponent 2.5", "exponent NaN", "taper", "semi-axis", "center", "semi-axis", "rotation"];
     for (shape, word) in broken.into_iter().zip(words) {
         let text = refused(&mut run, &Edit::SetShape { id, shape });
         assert!(text.contains(word), "{text}");
@@ -98,8 +98,8 @@ fn shapes_out_of_their_limits_are_refused_in_words() {
     // The limits themselves are within.
     let mut least = shape;
     least.semi_axes.y = run.smallest_axis();
-    least.exponents = [Edit::EXPONENTS.0, Edit::EXPONENTS.1];
-    least.taper = [Edit::LARGEST_TAPER, -Edit::LARGEST_TAPER];
+    least.exponents = [Bounds::FITS.exponents.0, Bounds::FITS.exponents.1];
+    least.taper = [Bounds::FITS.taper.1, Bounds::FITS.taper.0];
     edited(&mut run, &Edit::SetShape { id, shape: least });
 }
 

@@ -2,29 +2,31 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::super::energy::{self, Assembly, Piece};
-use super::super::fit::{Effort, fit};
-use super::super::frame::Frame;
-use super::super::params::Params;
-use super::super::sampler::Cancel;
-use super::super::state::Model;
 use super::{block, jitter, samples, scene};
 use crate::geometry::Superquadric;
 use crate::geometry::kernel::Distance;
+use crate::inference::control::Cancel;
+use crate::inference::data::model::Model;
+use crate::inference::data::normalization::Normalization;
+use crate::inference::fit::points::{Effort, fit};
+use crate::inference::objective::energy;
+use crate::inference::objective::energy::PrimitiveTerms;
+use crate::inference::objective::energy_cache::EnergyCache;
+use crate::inference::params::Params;
 
 /// The energy of a cloud as these parts, each with the primitive that fits it.
 fn energy(parts: &[Vec<Point3<f64>>]) -> f64 {
     let all: Vec<Point3<f64>> = parts.iter().flatten().copied().collect();
-    let model = Model::new(Frame::of(&all).unwrap(), &all);
+    let model = Model::new(Normalization::of(&all).unwrap(), &all);
     let fitted = |part: &Vec<Point3<f64>>| {
-        let points: Vec<_> = part.iter().map(|p| model.frame.normalize(p)).collect();
+        let points: Vec<_> = part.iter().map(|p| model.normalization.normalize(p)).collect();
         let floor = model.axis_floor();
         let found = fit(&points, &[], floor, Effort::THOROUGH, Distance::FirstOrder, &Cancel::default());
-        Piece::new(&model, found.unwrap().shape)
+        PrimitiveTerms::new(&model, found.unwrap().shape)
     };
-    let pieces: Vec<Piece> = parts.iter().map(fitted).collect();
-    let price = energy::price(&model, &Params::default(), pieces.len());
-    Assembly::new(&model, pieces).error() + price
+    let primitives: Vec<PrimitiveTerms> = parts.iter().map(fitted).collect();
+    let price = energy::price(&model, &Params::default(), primitives.len());
+    EnergyCache::new(&model, primitives).error() + price
 }
 
 /// Cuts a cloud by a plane through its centroid.
@@ -89,33 +91,35 @@ fn the_error_is_both_sides_of_the_chamfer_distance() {
     // A sphere whose points all lie 5 % farther out.
     let sphere = Superquadric::sphere(Point3::origin(), 1.0);
     let points: Vec<_> = samples(&sphere, 2000).into_iter().map(|p| p * 1.05).collect();
-    let model = Model::new(Frame::of(&points).unwrap(), &points);
-    let unit = 1.0 / model.frame.length(1.0);
-    let piece = |radius: f64| {
-        let center = model.frame.normalize(&Point3::origin());
-        Piece::new(&model, Superquadric::sphere(center, radius * unit))
+    let model = Model::new(Normalization::of(&points).unwrap(), &points);
+    let unit = 1.0 / model.normalization.length(1.0);
+    let primitive = |radius: f64| {
+        let center = model.normalization.normalize(&Point3::origin());
+        PrimitiveTerms::new(&model, Superquadric::sphere(center, radius * unit))
     };
     // In mean spacings an error of 0.05, less the rounding of at most 0.12 of
     // one; the tangent planes' own error is small.
     let one_side = 0.05 * unit / model.spacing;
-    let error = |pieces: &[&Piece]| Assembly::new(&model, pieces.iter().copied().cloned().collect()).error();
-    let mean = error(&[&piece(1.0)]) / energy::scale(&model);
+    let error = |primitives: &[&PrimitiveTerms]| {
+        EnergyCache::new(&model, primitives.iter().copied().cloned().collect()).error()
+    };
+    let mean = error(&[&primitive(1.0)]) / energy::scale(&model);
     assert!((mean - one_side).abs() < 0.15 + 0.05 * one_side, "{mean} {one_side}");
     // The true one costs hardly anything.
-    assert!(error(&[&piece(1.05)]) / energy::scale(&model) < 0.05);
+    assert!(error(&[&primitive(1.05)]) / energy::scale(&model) < 0.05);
     // What another primitive hides adds nothing, what sticks out does.
-    let (outer, inner) = (piece(1.05), piece(0.5));
+    let (outer, inner) = (primitive(1.05), primitive(0.5));
     let alone = error(&[&outer]);
     assert!((error(&[&outer, &inner]) - alone).abs() < 1e-9);
     let mut beside = inner.shape;
     beside.translation += Vector3::new(2.0 * unit, 0.0, 0.0);
-    assert!(error(&[&outer, &Piece::new(&model, beside)]) > 2.0 * alone);
+    assert!(error(&[&outer, &PrimitiveTerms::new(&model, beside)]) > 2.0 * alone);
 }
 
 #[test]
 fn the_price_of_a_primitive_is_its_cost_times_the_default() {
     let points = samples(&block([0.0; 3], [1.0, 0.6, 0.4]), 300);
-    let model = Model::new(Frame::of(&points).unwrap(), &points);
+    let model = Model::new(Normalization::of(&points).unwrap(), &points);
     let price =
         |count, primitive_cost| energy::price(&model, &Params { primitive_cost, ..Params::default() }, count);
     let one = price(1, 1.0);
@@ -127,8 +131,8 @@ fn the_price_of_a_primitive_is_its_cost_times_the_default() {
     assert!(one > 0.0 && one < 0.1 * energy::scale(&model));
 }
 
-/// A few pieces that overlap, and a cloud near them.
-fn heap() -> (Model, Vec<Piece>) {
+/// A few primitives that overlap, and a cloud near them.
+fn heap() -> (Model, Vec<PrimitiveTerms>) {
     let shapes: Vec<Superquadric> = (0..7)
         .map(|k| {
             let t = f64::from(k);
@@ -139,35 +143,35 @@ fn heap() -> (Model, Vec<Piece>) {
     jitter(&mut points, 0.02, 5);
     // A lonely one.
     points.push(Point3::new(4.0, 4.0, 4.0));
-    let model = Model::new(Frame::of(&points).unwrap(), &points);
-    let unit = 1.0 / model.frame.length(1.0);
-    let piece = |s: &Superquadric| {
-        let center = model.frame.normalize(&Point3::from(s.translation));
+    let model = Model::new(Normalization::of(&points).unwrap(), &points);
+    let unit = 1.0 / model.normalization.length(1.0);
+    let primitive = |s: &Superquadric| {
+        let center = model.normalization.normalize(&Point3::from(s.translation));
         let semi_axes = s.semi_axes * unit;
-        Piece::new(&model, Superquadric { semi_axes, translation: center.coords, ..*s })
+        PrimitiveTerms::new(&model, Superquadric { semi_axes, translation: center.coords, ..*s })
     };
-    let pieces = shapes.iter().map(piece).collect();
-    (model, pieces)
+    let primitives = shapes.iter().map(primitive).collect();
+    (model, primitives)
 }
 
 #[test]
 fn the_error_with_some_replaced_is_that_of_the_new_whole() {
-    let (model, pieces) = heap();
-    let (mut first, rest) = (pieces[..5].to_vec(), pieces[5..].to_vec());
+    let (model, primitives) = heap();
+    let (mut first, rest) = (primitives[..5].to_vec(), primitives[5..].to_vec());
     // One that all others hide, and more of them than are remembered.
     let mut small = first[2].shape;
     small.semi_axes *= 0.05;
-    first.push(Piece::new(&model, small));
+    first.push(PrimitiveTerms::new(&model, small));
     for k in 0..5 {
         let grown = Superquadric { semi_axes: small.semi_axes * (4.0 + f64::from(k)), ..small };
-        first.insert(0, Piece::new(&model, grown));
+        first.insert(0, PrimitiveTerms::new(&model, grown));
     }
-    let assembly = Assembly::new(&model, first.clone());
+    let cache = EnergyCache::new(&model, first.clone());
     for removed in [vec![], vec![0], vec![2, 4], vec![0, 1, 2, 3], vec![0, 1, 2, 3, 4, 7]] {
         for added in [&rest[..0], &rest[..1], &rest[1..], &rest[..]] {
             let kept = first.iter().enumerate().filter(|(j, _)| !removed.contains(j)).map(|(_, p)| p);
-            let whole = Assembly::new(&model, kept.chain(added).cloned().collect()).error();
-            let quick = assembly.error_with(&model, &removed, added);
+            let whole = EnergyCache::new(&model, kept.chain(added).cloned().collect()).error();
+            let quick = cache.error_with(&model, &removed, added);
             assert!((quick - whole).abs() < 1e-9 * whole, "{removed:?}: {quick} {whole}");
         }
     }

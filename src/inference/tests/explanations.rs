@@ -5,19 +5,18 @@ use std::sync::Arc;
 use nalgebra::Point3;
 use rand::RngExt;
 
-use super::super::abstraction::UNASSIGNED;
-use super::super::checkpoint::Checkpoint;
-use super::super::edit::Edit;
-use super::super::explain::{expected_tables, explain, new_table_distance, normalised_scale};
-use super::super::joint::log_joint;
-use super::super::method::Algorithm;
-use super::super::params::Params;
-use super::super::run::Run;
-use super::super::sampler::Cancel;
-use super::super::state::State;
-use super::super::sweep::sweep;
 use super::{gate, rng, short};
 use crate::geometry::SampleCloud;
+use crate::inference::control::Cancel;
+use crate::inference::data::abstraction::UNASSIGNED;
+use crate::inference::data::state::State;
+use crate::inference::gibbs::log_joint::log_joint;
+use crate::inference::gibbs::sweep::sweep;
+use crate::inference::params::{Algorithm, Params};
+use crate::inference::runs::checkpoint::Checkpoint;
+use crate::inference::runs::edit::Edit;
+use crate::inference::runs::explain::{expected_tables, explain, new_table_distance, normalised_scale};
+use crate::inference::runs::run::Run;
 
 fn never() -> Cancel {
     Cancel::default()

@@ -4,12 +4,12 @@
 use nalgebra::{Point3, Rotation3, Vector3};
 use rand::{Rng, RngExt};
 
-use super::super::fit::{Effort, fit};
-use super::super::sampler::Cancel;
-use super::super::trust_region::{Stop, minimize};
 use super::{block, jitter, rng, samples};
 use crate::geometry::kernel::Distance;
 use crate::geometry::{Superquadric, tessellate};
+use crate::inference::control::Cancel;
+use crate::inference::fit::levenberg_marquardt::{Stop, minimize};
+use crate::inference::fit::points::{Effort, fit};
 
 const POINTS: usize = 500;
 
@@ -177,7 +177,7 @@ fn too_few_and_coinciding_points_give_a_valid_primitive_or_none() {
     let clouds = [vec![], vec![Point3::origin()], vec![Point3::new(1.0, 2.0, 3.0); 50], line, plane];
     for points in clouds {
         for distance in [Distance::FirstOrder, Distance::Radial] {
-            for effort in [Effort::ITERATION, Effort::THOROUGH, Effort::GLANCE] {
+            for effort in [Effort::ITERATION, Effort::THOROUGH, Effort::ROUGH] {
                 if let Some(found) = fit(&points, &[], 0.01, effort, distance, &Cancel::default()) {
                     assert!(found.shape.is_valid(), "{:?}", found.shape);
                     if !points.is_empty() {

@@ -6,28 +6,29 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, Vector3};
 
-use super::super::abstraction::{Occurrence, UNASSIGNED};
-use super::super::field::Field;
-use super::super::frame::Frame;
-use super::super::kmeans::kmeans;
-use super::super::params::Params;
-use super::super::state::{Cluster, Model, SMALLEST_CLUSTER, State};
-use super::super::streams::{Purpose, stream};
-use super::super::sweep::sweep;
 use super::{block, noise, rng, samples};
 use crate::geometry::Superquadric;
 use crate::geometry::neighbors::{KdTree, RadiusGraph};
+use crate::inference::data::abstraction::{Occurrence, UNASSIGNED};
+use crate::inference::data::model::Model;
+use crate::inference::data::normalization::Normalization;
+use crate::inference::data::random_streams::{Purpose, stream};
+use crate::inference::data::state::{Cluster, State};
+use crate::inference::data::surface_distance::SurfaceDistance;
+use crate::inference::fit::k_means::k_means;
+use crate::inference::gibbs::sweep::sweep;
+use crate::inference::params::{Params, SMALLEST_CLUSTER};
 
 /// A model whose points are neighbours within `radius`, in a frame where
 /// lengths are as given.
 fn model(points: Vec<Point3<f64>>, radius: f64) -> Arc<Model> {
     let tree = KdTree::new(&points);
     Arc::new(Model {
-        frame: Frame::of(&points).unwrap(),
+        normalization: Normalization::of(&points).unwrap(),
         block: points.iter().copied().collect(),
         spacing: 0.1,
         graph: RadiusGraph::new(&tree, &points, radius, points.len()),
-        field: Field::new(tree, &points, 0.1),
+        surface: SurfaceDistance::new(tree, &points, 0.1),
         points,
     })
 }
@@ -367,12 +368,12 @@ fn k_means_finds_what_lies_apart_and_never_more_centres_than_places() {
     for k in 0..4 {
         points.extend(samples(&block([f64::from(k) * 10.0, 0.0, 0.0], [1.0; 3]), 40));
     }
-    let labels = kmeans(&points, 4, &mut rng(5));
+    let labels = k_means(&points, 4, &mut rng(5));
     let quarter = points.len() / 4;
     for part in labels.chunks(quarter) {
         assert!(part.iter().all(|l| *l == part[0]), "a lump is cut");
     }
-    let places = kmeans(&[Point3::origin(); 50], 30, &mut rng(5));
+    let places = k_means(&[Point3::origin(); 50], 30, &mut rng(5));
     assert!(places.iter().all(|l| *l == 0));
-    assert!(kmeans(&[], 3, &mut rng(5)).is_empty());
+    assert!(k_means(&[], 3, &mut rng(5)).is_empty());
 }

@@ -3,14 +3,13 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::super::abstraction::{Abstraction, Phase, Primitive};
-use super::super::edit::Edit;
-use super::super::method::Algorithm;
-use super::super::params::Params;
-use super::super::run::Run;
-use super::super::sampler::Cancel;
 use super::{check, gate, same_bits, short};
 use crate::geometry::SampleCloud;
+use crate::inference::control::Cancel;
+use crate::inference::data::abstraction::{Abstraction, Phase, Primitive};
+use crate::inference::params::{Algorithm, Params};
+use crate::inference::runs::edit::Edit;
+use crate::inference::runs::run::Run;
 
 fn never() -> Cancel {
     Cancel::default()

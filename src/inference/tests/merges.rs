@@ -4,14 +4,17 @@ use std::sync::Arc;
 
 use nalgebra::Point3;
 
-use super::super::fit::{Effort, fit};
-use super::super::frame::Frame;
-use super::super::merge::{MergeCache, merge_once};
-use super::super::params::{MergeRule, Params};
-use super::super::sampler::{Cancel, Sampler};
-use super::super::state::{Cluster, Model, State};
 use super::{block, cancelled_after, check, delays, gate, same_bits, sampler, samples, scene, short};
 use crate::geometry::kernel::Distance;
+use crate::inference::control::Cancel;
+use crate::inference::data::model::Model;
+use crate::inference::data::normalization::Normalization;
+use crate::inference::data::state::{Cluster, State};
+use crate::inference::fit::points::{Effort, fit};
+use crate::inference::gibbs::sampler::Sampler;
+use crate::inference::moves::merge::merge_once;
+use crate::inference::moves::union_cache::UnionCache;
+use crate::inference::params::{MergeRule, Params};
 
 /// Merges until nothing is left to merge.
 fn merge_all(sampler: &mut Sampler) -> usize {
@@ -64,7 +67,7 @@ fn a_cancelled_merge_is_not_forgotten() {
 /// A run that starts from given labels: the fits of the first iteration give
 /// the primitives.
 fn from_labels(points: &[Point3<f64>], parts: &[u32]) -> (State, Params) {
-    let model = Arc::new(Model::new(Frame::of(points).unwrap(), points));
+    let model = Arc::new(Model::new(Normalization::of(points).unwrap(), points));
     let count = parts.iter().max().unwrap() + 1;
     let clusters: Vec<Cluster> = (0..count)
         .map(|id| {
@@ -104,7 +107,7 @@ fn halves_merge_and_separate_boxes_do_not() {
         {
             let (mut state, params) = from_labels(points, parts);
             let params = Params { merge: rule, ..params };
-            let mut cache = MergeCache::default();
+            let mut cache = UnionCache::default();
             let mut found = 0;
             while merge_once(&mut state, &mut cache, &params, &Cancel::default()).is_some() {
                 found += 1;
@@ -117,7 +120,7 @@ fn halves_merge_and_separate_boxes_do_not() {
             }
             // Asked again with nothing remembered, the answer is the same.
             assert!(
-                merge_once(&mut state, &mut MergeCache::default(), &params, &Cancel::default()).is_none()
+                merge_once(&mut state, &mut UnionCache::default(), &params, &Cancel::default()).is_none()
             );
         }
     }

@@ -24,10 +24,11 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-use super::abstraction::{Abstraction, UNASSIGNED};
-use super::params::Params;
-use super::sampler::{Cancel, Sampler};
 use crate::geometry::{SampleCloud, Superquadric, tessellate};
+use crate::inference::control::Cancel;
+use crate::inference::data::abstraction::{Abstraction, UNASSIGNED};
+use crate::inference::gibbs::sampler::Sampler;
+use crate::inference::params::Params;
 
 fn rng(seed: u64) -> ChaCha8Rng {
     ChaCha8Rng::seed_from_u64(seed)

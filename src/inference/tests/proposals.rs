@@ -3,14 +3,14 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::super::abstraction::Occurrence;
-use super::super::edit::Edit;
-use super::super::params::{MergeRule, Params};
-use super::super::proposal::MergeProposal;
-use super::super::run::Run;
-use super::super::sampler::Cancel;
 use super::{gate, same_bits};
 use crate::geometry::SampleCloud;
+use crate::inference::control::Cancel;
+use crate::inference::data::abstraction::Occurrence;
+use crate::inference::params::{MergeRule, Params};
+use crate::inference::runs::edit::Edit;
+use crate::inference::runs::merge_proposal::MergeProposal;
+use crate::inference::runs::run::Run;
 
 fn never() -> Cancel {
     Cancel::default()
@@ -125,7 +125,9 @@ fn any_pair_can_be_looked_at() {
             a.primitives
                 .iter()
                 .max_by(|p, q| {
-                    let key = |p: &super::super::Primitive| p.shape.translation.x * x + p.shape.translation.z;
+                    let key = |p: &crate::inference::data::abstraction::Primitive| {
+                        p.shape.translation.x * x + p.shape.translation.z
+                    };
                     key(p).total_cmp(&key(q))
                 })
                 .unwrap()

@@ -4,14 +4,15 @@ use std::sync::Arc;
 
 use nalgebra::{Point3, Rotation3, Vector3};
 
-use super::super::abstraction::{Abstraction, Occurrence, Phase, UNASSIGNED};
-use super::super::method::Algorithm;
-use super::super::params::Params;
-use super::super::run::Run;
-use super::super::sampler::{Cancel, InferenceError, Sampler};
 use super::{block, cancelled_after, check, delays, gate, rng, run, same_bits, sampler, scene, short};
 use crate::geometry::SampleCloud;
 use crate::geometry::kernel::Distance;
+use crate::inference::control::{Cancel, InferenceError};
+use crate::inference::data::abstraction::{Abstraction, Occurrence, Phase, UNASSIGNED};
+use crate::inference::gibbs::sampler::Sampler;
+use crate::inference::parameters::Setting;
+use crate::inference::params::{Algorithm, Params};
+use crate::inference::runs::run::Run;
 
 fn on_threads(threads: usize, points: &[Point3<f64>], params: Params) -> Vec<Abstraction> {
     let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
@@ -175,7 +176,7 @@ fn a_cancelled_step_never_was() {
 #[test]
 fn parameters_at_their_limits() {
     let points = gate(400);
-    let (alpha, p0) = (Params::ALPHA, Params::P0);
+    let (alpha, p0) = (Setting::Alpha.range(), Setting::P0.range());
     let base = Params { iterations: 2, ..short() };
     for params in [
         Params { clusters: 1, ..base },

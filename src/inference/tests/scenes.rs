@@ -2,10 +2,10 @@
 
 use std::collections::BTreeMap;
 
-use super::super::abstraction::{Abstraction, UNASSIGNED};
-use super::super::params::Params;
 use super::{block, check, jitter, run, samples, scene};
 use crate::geometry::Superquadric;
+use crate::inference::data::abstraction::{Abstraction, UNASSIGNED};
+use crate::inference::params::Params;
 
 /// The share of points whose primitive is the one that most of its points'
 /// part is given to: what a one-to-one matching would count as right.

@@ -2,16 +2,16 @@
 
 use std::sync::Arc;
 
-use super::super::abstraction::{Abstraction, Occurrence, Phase, Primitive, UNASSIGNED};
-use super::super::edit::Edit;
-use super::super::run::Run;
-use super::super::sampler::Cancel;
 use super::{check, gate, short};
 use crate::geometry::{SampleCloud, Superquadric};
+use crate::inference::control::Cancel;
+use crate::inference::data::abstraction::{Abstraction, Occurrence, Phase, Primitive, UNASSIGNED};
+use crate::inference::runs::edit::Edit;
+use crate::inference::runs::run::Run;
 
 fn run(seed: u64, steps: usize) -> Run {
     let cloud = Arc::new(SampleCloud::from_points(&gate(600)));
-    let params = super::super::params::Params { seed, ..short() };
+    let params = crate::inference::params::Params { seed, ..short() };
     let mut run = Run::new(cloud, params, &Cancel::default()).unwrap();
     for _ in 0..steps {
         run.step(&Cancel::default()).unwrap();

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use proptest::prelude::*;
 use rand::RngExt;
 
-use super::super::abstraction::UNASSIGNED;
-use super::super::uncertainty::{align_labels, aligned, disagreement, label_entropy};
 use super::rng;
+
+use crate::inference::data::abstraction::UNASSIGNED;
+use crate::inference::data::label_uncertainty::{align_labels, aligned, disagreement, label_entropy};
 
 #[test]
 fn entropy_is_that_of_the_shares() {

@@ -1,0 +1,86 @@
+//! Energy: one number for "the points are near", "there is nothing else" and
+//! "few".
+//!
+//! ```text
+//! E = Σ_points ρ(d(x, primitives)) + Σ_visible surface ρ(d(s, cloud)) + price(K)
+//! ```
+//!
+//! Points count alike, the surface by its area in points' worth, so that the
+//! first two terms are the two sides of the Chamfer-L1 distance between the
+//! primitives' union and the cloud, in mean spacings times
+//! 2N (as far as the cloud is even: a point stands for 0.9·s̄² of surface). The
+//! price of the primitives is a share of that, too: one more has to lower the
+//! error by so much. It grows as K^0.6: of a shape that has many parts
+//! already one more says less about how simple it is. Unlike a likelihood of the points it knows when a
+//! primitive sticks out over empty space.
+
+use crate::geometry::{Superquadric, kernel};
+use crate::inference::data::model::Model;
+use crate::inference::fit::symmetric::{Detail, SurfaceSample, pseudo_huber, sample_surface};
+use crate::inference::params::Params;
+
+/// The mean error, in mean spacings, that a primitive has to save where
+/// [`Params::primitive_cost`] is 1 and there are [`USUAL_COUNT`] of them.
+const PRICE: f64 = 0.0112;
+/// More points than this are closer together without telling more about what
+/// is a part: the spacing of so many is what the price is measured by.
+const MOST_POINTS: f64 = 5500.0;
+const USUAL_COUNT: f64 = 8.0;
+/// The price of K primitives grows with this power of K.
+const GROWTH: f64 = 0.6;
+/// A lonely point, of fewer neighbours than a surface gives, counts as this
+/// many mean spacings at most: it may be an outlier.
+pub(crate) const OUTLIER_SPACINGS: f64 = 2.0;
+const LONELY: usize = 4;
+
+/// What `count` primitives add to the energy.
+pub(crate) fn price(model: &Model, params: &Params, count: usize) -> f64 {
+    let crowding = (model.points.len() as f64 / MOST_POINTS).max(1.0).sqrt();
+    let one = PRICE * params.primitive_cost * scale(model) * crowding;
+    one * (count as f64).powf(GROWTH) / (GROWTH * USUAL_COUNT.powf(GROWTH - 1.0))
+}
+
+/// 2·N·s̄: the energy of an error of one mean spacing.
+pub(crate) fn scale(model: &Model) -> f64 {
+    2.0 * model.points.len() as f64 * model.spacing
+}
+
+/// Whether a point has so few neighbours that it may be an outlier.
+pub(crate) fn is_lonely(model: &Model, i: u32) -> bool {
+    model.graph.of(i).len() < LONELY
+}
+
+/// A primitive with what does not depend on the others.
+#[derive(Debug, Clone)]
+pub(crate) struct PrimitiveTerms {
+    pub(crate) shape: Superquadric,
+    /// Distance of each point of the cloud.
+    pub(crate) distances: Vec<f32>,
+    /// Surface samples, each with its cost where it is visible.
+    pub(crate) samples: Vec<(SurfaceSample, f64)>,
+    radius: f64,
+}
+
+impl PrimitiveTerms {
+    pub(crate) fn new(model: &Model, shape: Superquadric) -> Self {
+        Self::with(model, shape, Detail::Full)
+    }
+
+    /// With fewer samples of the surface where a rough estimate will do.
+    pub(crate) fn with(model: &Model, shape: Superquadric, detail: Detail) -> Self {
+        let mut distances = Vec::new();
+        kernel::euclidean_distances(&shape, &model.block, &mut distances);
+        let (samples, weight) = sample_surface(&shape, model.spacing, detail);
+        let samples = samples
+            .into_iter()
+            .map(|s| (s, weight * pseudo_huber(model.surface.offset(&s.place).distance, model.spacing)))
+            .collect();
+        // Samples are tested a little outside of the surface.
+        let radius = shape.reach().norm() + model.spacing;
+        Self { shape, distances, samples, radius }
+    }
+
+    pub(crate) fn may_touch(&self, other: &PrimitiveTerms) -> bool {
+        (self.shape.translation - other.shape.translation).norm() < self.radius + other.radius
+    }
+}
