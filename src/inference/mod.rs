@@ -27,7 +27,9 @@ pub mod params;
 pub(crate) mod runs;
 
 pub use control::{Cancel, InferenceError};
-pub use data::abstraction::{Abstraction, Figures, MergeReport, Occurrence, Phase, Primitive, UNASSIGNED};
+pub use data::abstraction::{
+    Abstraction, Figures, MergeReason, MergeReport, Occurrence, PaperFinding, Phase, Primitive, UNASSIGNED,
+};
 pub use data::label_uncertainty::{align_labels, aligned, disagreement, label_entropy};
 pub use data::state::Cluster;
 pub use gibbs::sampler::Sampler;
@@ -37,9 +39,9 @@ pub use params::{Algorithm, MergeRule, Params};
 pub use runs::checkpoint::Checkpoint;
 pub use runs::edit::Edit;
 pub use runs::explain::{
-    Explanation, NewTable, Odds, expected_tables, explain, new_table_distance, normalised_scale,
+    Explanation, Held, NewTable, Odds, expected_tables, explain, new_table_distance, normalised_scale,
 };
-pub use runs::merge_proposal::{MergeProposal, TestNumber};
+pub use runs::merge_proposal::{MergeProposal, TestNumber, TestQuantity};
 pub use runs::run::Run;
 
 #[cfg(test)]

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::messages::{self, Level, Message};
 use super::timeline::Timeline;
-use super::{Action, Effect, Session, Verb};
+use super::{Action, Effect, Session, Verb, merge_wording};
 use crate::geometry::SampledPart;
 use crate::inference::Phase;
 use crate::worker::{Activity, Cause, Command, Event, Helper, LoadedShape, Measurement, Snapshot};
@@ -44,7 +44,11 @@ impl Session {
             Event::MergeStep(Some(report)) => {
                 let (a, b) = report.merged;
                 let gone = if a == report.into { b } else { a };
-                let text = format!("Merged {gone} into {}: {}", report.into, report.reason);
+                let text = format!(
+                    "Merged {gone} into {}. {}",
+                    report.into,
+                    merge_wording::sentence(&report.reason)
+                );
                 self.messages.push(Level::Detail, text.clone(), "");
                 self.merge_text = Some(text);
             }

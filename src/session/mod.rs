@@ -31,6 +31,7 @@ pub mod gizmo;
 mod hand;
 pub mod keeping;
 pub mod live;
+pub mod merge_wording;
 mod merging;
 pub mod messages;
 pub mod naming;

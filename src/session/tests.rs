@@ -8,7 +8,7 @@ use super::workspace::Workspace;
 use super::*;
 use crate::geometry::{SampleCloud, Superquadric};
 use crate::inference::Checkpoint;
-use crate::inference::{Abstraction, Figures, MergeReport, Method, Occurrence};
+use crate::inference::{Abstraction, Figures, MergeReason, MergeReport, Method, Occurrence};
 use crate::io::{Attributes, Format, PointCloud, Shape, ShapeGeometry};
 use crate::worker::{Cause, Event, Helper};
 
@@ -59,7 +59,6 @@ fn snapshot(ids: &[u32], phase: Phase, iteration: u32, occurrences: Vec<Occurren
         pinned: Vec::new(),
         next_id: 0,
         next_revision: 0,
-        unions: Vec::new(),
         work: crate::inference::runs::checkpoint::Work::Sampler,
     });
     Event::Snapshot(Arc::new(Snapshot {
@@ -87,7 +86,7 @@ fn session() -> Session {
 }
 
 fn merged(a: u32, b: u32) -> MergeReport {
-    MergeReport { merged: (a, b), into: b, reason: "it fits".to_owned() }
+    MergeReport { merged: (a, b), into: b, reason: MergeReason::Energy { gain: 0.25 } }
 }
 
 #[test]

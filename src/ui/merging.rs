@@ -10,8 +10,8 @@ use super::primitives::swatch;
 use super::theme::{self, Palette};
 use super::widgets::{figure, keep_clear, primary_button, verb_button};
 use crate::inference::{MergeProposal, TestNumber};
-use crate::session::Session;
 use crate::session::action::{Action, Verb};
+use crate::session::{Session, merge_wording};
 
 /// Widths in logical pixels.
 const CARD: f32 = 470.0;
@@ -70,7 +70,7 @@ fn card(ui: &mut Ui, session: &Session, proposal: &MergeProposal, actions: &mut 
         });
     });
     ui.add_space(2.0);
-    ui.add(Label::new(sentence(&proposal.reason)).wrap());
+    ui.add(Label::new(merge_wording::sentence(&proposal.reason)).wrap());
     ui.add_space(6.0);
     for number in &proposal.numbers {
         row(ui, number, domain(number, &proposal.numbers));
@@ -86,14 +86,6 @@ fn card(ui: &mut Ui, session: &Session, proposal: &MergeProposal, actions: &mut 
     });
 }
 
-/// With a capital and a full stop.
-fn sentence(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters.next().map(char::to_uppercase);
-    let text: String = first.into_iter().flatten().chain(letters).collect();
-    if text.ends_with('.') { text } else { format!("{text}.") }
-}
-
 /// A number of the test, as a bar against what it is held against, which spans
 /// from the one to the other number.
 fn row(ui: &mut Ui, number: &TestNumber, (low, high): (f64, f64)) {
@@ -104,7 +96,13 @@ fn row(ui: &mut Ui, number: &TestNumber, (low, high): (f64, f64)) {
     let font = egui::FontId::proportional(13.0);
     let painter = ui.painter().with_clip_rect(rect);
     let name = pos2(rect.left(), middle);
-    painter.text(name, Align2::LEFT_CENTER, &number.name, font.clone(), palette.weak);
+    painter.text(
+        name,
+        Align2::LEFT_CENTER,
+        merge_wording::quantity(number.quantity).0,
+        font.clone(),
+        palette.weak,
+    );
     let color = match number.is_good {
         Some(true) => palette.good,
         Some(false) => palette.error,
@@ -139,12 +137,13 @@ fn describe(response: &Response, number: &TestNumber) {
         Some(false) => ", fails",
         None => "",
     };
-    let unit = if number.unit.is_empty() { String::new() } else { format!(" {}", number.unit) };
-    let label = format!("{} {}{unit}{held}{verdict}", number.name, figure(number.value));
+    let (name, unit, meaning) = merge_wording::quantity(number.quantity);
+    let space = if unit.is_empty() { "" } else { " " };
+    let label = format!("{name} {}{space}{unit}{held}{verdict}", figure(number.value));
     response.widget_info(|| WidgetInfo::labeled(Role::Label, true, label.clone()));
-    let mut tooltip = format!("{}.", number.meaning);
-    if !number.unit.is_empty() {
-        tooltip.push_str(&format!("\nIn {}", number.unit));
+    let mut tooltip = format!("{meaning}.");
+    if !unit.is_empty() {
+        tooltip.push_str(&format!("\nIn {unit}"));
     }
     response.clone().on_hover_text(tooltip);
 }
@@ -153,8 +152,9 @@ fn describe(response: &Response, number: &TestNumber) {
 /// there is no threshold the values of the others without one, too, so that
 /// they can be compared.
 fn domain(number: &TestNumber, all: &[TestNumber]) -> (f64, f64) {
+    let unit = |n: &TestNumber| merge_wording::quantity(n.quantity).1;
     let is_like =
-        |n: &&TestNumber| number.threshold.is_none() && n.threshold.is_none() && n.unit == number.unit;
+        |n: &&TestNumber| number.threshold.is_none() && n.threshold.is_none() && unit(n) == unit(number);
     let others = all.iter().filter(is_like).map(|n| n.value);
     let marks: Vec<f64> = [0.0, number.value, number.threshold.unwrap_or(0.0)]
         .into_iter()
@@ -173,30 +173,19 @@ fn domain(number: &TestNumber, all: &[TestNumber]) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::inference::TestQuantity;
 
     #[test]
     fn bars_hold_what_they_show() {
         for (value, threshold) in
             [(0.3, Some(0.7)), (-2.0, Some(0.0)), (0.0, None), (0.0, Some(0.0)), (f64::NAN, Some(1.0))]
         {
-            let number = TestNumber {
-                name: String::new(),
-                value,
-                threshold,
-                unit: String::new(),
-                is_good: None,
-                meaning: String::new(),
-            };
+            let number = TestNumber { quantity: TestQuantity::Gain, value, threshold, is_good: None };
             let (low, high) = domain(&number, std::slice::from_ref(&number));
             assert!(low <= 0.0 && high > low && high >= 0.0);
             for mark in [value, threshold.unwrap_or(0.0)] {
                 assert!(mark.is_nan() || (low..=high).contains(&mark), "{value} {threshold:?}");
             }
         }
-    }
-
-    #[test]
-    fn sentences_are_whole() {
-        assert_eq!(sentence("it fits"), "It fits.");
     }
 }

@@ -8,7 +8,7 @@ use egui::{Align2, Context, Id, Label, Rect, RichText, Ui, Window, vec2};
 use super::background::Background;
 use super::theme::Palette;
 use super::widgets::{count, keep_clear, length};
-use crate::inference::{Explanation, NewTable, Odds, explain};
+use crate::inference::{Explanation, Held, NewTable, Odds, explain};
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 use crate::worker::{LoadedShape, Snapshot};
@@ -212,8 +212,12 @@ fn place(ui: &mut Ui, session: &Session, loaded: &LoadedShape, explanation: &Exp
             }
         }
     });
-    if let Some(why) = &explanation.held {
-        let text = format!("The sweep passes it over: {why}.");
+    if let Some(held) = explanation.held {
+        let text = match held {
+            Held::Locked => "The sweep skips this point: its primitive is locked.",
+            Held::Pinned => "The sweep skips this point: it is pinned to its primitive.",
+            Held::Frozen => "The sweep skips this point: it is frozen, because its primitive fits well.",
+        };
         ui.add(Label::new(RichText::new(text).small().color(Palette::of(ui).accent)).wrap());
     }
 }

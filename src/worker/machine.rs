@@ -29,7 +29,7 @@ pub(crate) trait Machine: Clone + Send + 'static {
     fn set_params(&mut self, params: Params) -> Result<(), InferenceError>;
     fn is_finished(&self) -> bool;
     fn step(&mut self, cancel: &Cancel) -> Result<Vec<Occurrence>, InferenceError>;
-    fn step_merge(&mut self, cancel: &Cancel) -> Result<Option<MergeReport>, InferenceError>;
+    fn step_merge(&mut self, cancel: &Cancel) -> Result<Vec<MergeReport>, InferenceError>;
     fn edit(&mut self, edit: &Edit, cancel: &Cancel) -> Result<Vec<Occurrence>, InferenceError>;
     /// Makes a finished run one with so many further iterations to go.
     fn extend(&mut self, iterations: u32) -> Result<(), InferenceError>;
@@ -74,7 +74,7 @@ impl Machine for Run {
     fn step(&mut self, cancel: &Cancel) -> Result<Vec<Occurrence>, InferenceError> {
         self.step(cancel)
     }
-    fn step_merge(&mut self, cancel: &Cancel) -> Result<Option<MergeReport>, InferenceError> {
+    fn step_merge(&mut self, cancel: &Cancel) -> Result<Vec<MergeReport>, InferenceError> {
         self.step_merge(cancel)
     }
     fn edit(&mut self, edit: &Edit, cancel: &Cancel) -> Result<Vec<Occurrence>, InferenceError> {

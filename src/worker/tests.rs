@@ -11,8 +11,8 @@ use super::machine::Machine;
 use super::*;
 use crate::geometry::{Bulk, SampleCloud, Superquadric};
 use crate::inference::{
-    Abstraction, Cancel, Checkpoint, Edit, Figures, InferenceError, MergeProposal, MergeReport, Occurrence,
-    Params, Phase, Primitive, UNASSIGNED,
+    Abstraction, Cancel, Checkpoint, Edit, Figures, InferenceError, MergeProposal, MergeReason, MergeReport,
+    Occurrence, Params, Phase, Primitive, UNASSIGNED,
 };
 
 mod ending;
@@ -86,7 +86,6 @@ impl Machine for Scripted {
             pinned: Vec::new(),
             next_id: self.merges,
             next_revision: 0,
-            unions: Vec::new(),
             work: crate::inference::runs::checkpoint::Work::Sampler,
         }
     }
@@ -139,12 +138,12 @@ impl Machine for Scripted {
         }
         Ok(vec![Occurrence::Died { id: self.iteration }])
     }
-    fn step_merge(&mut self, _: &Cancel) -> Result<Option<MergeReport>, InferenceError> {
+    fn step_merge(&mut self, _: &Cancel) -> Result<Vec<MergeReport>, InferenceError> {
         if self.merges == MERGES_LEFT {
-            return Ok(None);
+            return Ok(Vec::new());
         }
         self.merges += 1;
-        Ok(Some(MergeReport { merged: (self.merges, 9), into: 9, reason: String::new() }))
+        Ok(vec![MergeReport { merged: (self.merges, 9), into: 9, reason: MergeReason::SwitchedOff }])
     }
     fn abstraction(&self) -> Abstraction {
         let found =

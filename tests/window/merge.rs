@@ -4,6 +4,7 @@
 use crate::driver::{Driver, Role, options};
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
+use superform::session::merge_wording;
 use superform::worker::{Activity, Source};
 
 /// The window with a run that was paused after some iterations, before its
@@ -39,7 +40,8 @@ fn a_merge_is_proposed_with_its_numbers_and_accepted() {
     assert!(driver.shows(verdict));
     assert!(!proposal.numbers.is_empty());
     for number in &proposal.numbers {
-        assert!(driver.shows(&number.name), "{}", number.name);
+        let name = merge_wording::quantity(number.quantity).0;
+        assert!(driver.shows(name), "{name}");
     }
     assert_eq!(driver.session().timeline.states().len(), states, "a proposal is no state");
     driver.press("Accept");

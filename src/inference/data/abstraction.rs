@@ -120,8 +120,59 @@ pub struct MergeReport {
     pub merged: (u32, u32),
     /// Id of the cluster that stands for both (the larger one's).
     pub into: u32,
-    /// Why, as one sentence for the person who looks on, with the numbers.
-    pub reason: String,
+    /// What spoke for it.
+    pub reason: MergeReason,
+}
+
+/// What speaks for a merge or against it.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum MergeReason {
+    /// It lowers the energy by `gain` mean spacings of error, the cost of the
+    /// primitive that it saves included; below 0 it raises it.
+    Energy { gain: f64 },
+    /// The parameters switch merging off.
+    SwitchedOff,
+    /// What decided in the paper's test: a number and what it was held against.
+    Paper { finding: PaperFinding, value: f64, limit: f64 },
+    /// In words, as files of earlier versions have it.
+    #[serde(untagged)]
+    Sentence(String),
+}
+
+/// What decides the paper's merge test.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PaperFinding {
+    /// Against: the two fill too little of the box that holds both.
+    BoxTooEmpty,
+    /// Against: the two fill too little of the union's volume.
+    UnionTooEmpty,
+    /// For: the relative error² is no worse than that of the two alone.
+    RelativeErrorNoWorse,
+    /// For: the relative error² is below its limit.
+    RelativeErrorSmall,
+    /// For: the mean d² is below its limit.
+    MeanSquareSmall,
+    /// For: the mean d² is less than that of the two alone.
+    MeanSquareLess,
+    /// Against: both are too large; the number is the relative error².
+    ErrorsTooLarge,
+}
+
+impl MergeReason {
+    /// Whether it speaks for the merge.
+    pub fn is_good(&self) -> bool {
+        match self {
+            Self::Energy { gain } => *gain > 0.0,
+            Self::SwitchedOff => false,
+            Self::Paper { finding, .. } => !matches!(
+                finding,
+                PaperFinding::BoxTooEmpty | PaperFinding::UnionTooEmpty | PaperFinding::ErrorsTooLarge
+            ),
+            Self::Sentence(_) => true,
+        }
+    }
 }
 
 /// What happened between two states.

@@ -157,20 +157,21 @@ impl Sampler {
         Ok(occurrences)
     }
 
-    /// Makes the best acceptable merge of two clusters; `None` if no pair is
-    /// acceptable. May be called between any two steps.
-    pub fn step_merge(&mut self, cancel: &Cancel) -> Result<Option<MergeReport>, InferenceError> {
+    /// Makes the best acceptable merge of two clusters or, where no two make a
+    /// better one, of a group; no report if there is none. May be called between
+    /// any two steps.
+    pub fn step_merge(&mut self, cancel: &Cancel) -> Result<Vec<MergeReport>, InferenceError> {
         let mut state = self.state.clone();
         // The cache stays even when the step is cancelled: it only holds facts.
-        let report = merge_once(&mut state, &mut self.cache, &self.params, cancel);
+        let reports = merge_once(&mut state, &mut self.cache, &self.params, cancel);
         if cancel.is_requested() {
             return Err(InferenceError::Cancelled);
         }
         self.state = state;
-        if report.is_some() {
+        if !reports.is_empty() {
             self.settle_after_merge();
         }
-        Ok(report)
+        Ok(reports)
     }
 
     /// After the last iteration merging is a phase of its own.
@@ -272,8 +273,12 @@ impl Sampler {
         if self.params.merge == MergeRule::Energy {
             merge_all(&mut self.state, &self.params, cancel, occurrences);
         } else {
-            while let Some(report) = merge_once(&mut self.state, &mut self.cache, &self.params, cancel) {
-                occurrences.push(Occurrence::Merged(report));
+            loop {
+                let reports = merge_once(&mut self.state, &mut self.cache, &self.params, cancel);
+                if reports.is_empty() {
+                    break;
+                }
+                occurrences.extend(reports.into_iter().map(Occurrence::Merged));
             }
         }
         // Proposals of clusters that have changed since are never asked for again.

@@ -1,107 +1,55 @@
 //! Merging: propose one primitive for the points of two clusters, and test
 //! it. Two rules: the authors' thresholds, and the energy.
 
-use std::collections::BTreeSet;
 use std::collections::btree_map::Entry;
-
-use rayon::prelude::*;
 
 use crate::geometry::Superquadric;
 use crate::inference::control::Cancel;
-use crate::inference::data::abstraction::MergeReport;
+use crate::inference::data::abstraction::{MergeReason, MergeReport};
 use crate::inference::data::change::{Change, Draw, Identity, Noise, Successor};
 use crate::inference::data::random_streams::Purpose;
 use crate::inference::data::state::State;
-use crate::inference::moves::configuration::Configuration;
+use crate::inference::moves::merge_search::MergeSearch;
 use crate::inference::moves::paper_merge_test::Pair;
-use crate::inference::moves::search::merge_reason;
 use crate::inference::moves::union_cache::{Union, UnionCache};
 use crate::inference::objective::energy;
-use crate::inference::objective::energy::PrimitiveTerms;
 use crate::inference::params::{MergeRule, Params};
 
-/// Makes the best acceptable merge, if there is one.
+/// Makes the best acceptable merge; no report where there is none. A group of
+/// more than two gives one report for each that joins the largest.
 pub(crate) fn merge_once(
     state: &mut State,
     cache: &mut UnionCache,
     params: &Params,
     cancel: &Cancel,
-) -> Option<MergeReport> {
-    let (a, b, proposal) = match params.merge {
-        MergeRule::None => return None,
-        MergeRule::Energy => best_by_energy(state, cache, params, cancel)?,
+) -> Vec<MergeReport> {
+    let model = state.model.clone();
+    let found = match params.merge {
+        MergeRule::None => None,
+        MergeRule::Energy => {
+            let best = MergeSearch::new(&model, state, params, cancel).best(|_| true);
+            best.map(|(list, proposal)| {
+                let shape = proposal.added[0].shape;
+                let sum_d2 = model.sum_d2(&shape, &proposal.members[0]);
+                let reason = MergeReason::Energy { gain: proposal.gain / energy::scale(&model) };
+                (list, Union { shape, sum_d2, reason })
+            })
+        }
         MergeRule::Paper => {
             let members = state.members();
             let pairs = in_order_of_size(state, &members);
-            first_by_thresholds(state, &members, &pairs, cache, params, cancel)?
+            let first = first_by_thresholds(state, &members, &pairs, cache, params, cancel);
+            first.map(|(a, b, union)| (vec![a, b], union))
         }
     };
-    if cancel.is_requested() {
-        return None;
+    let Some((list, union)) = found.filter(|_| !cancel.is_requested()) else { return Vec::new() };
+    let ids: Vec<u32> = list.iter().map(|&j| state.clusters[j].id).collect();
+    let into = state.apply(union_change(state, params, &list, union.shape, union.sum_d2))[0];
+    let report = |merged| MergeReport { merged, into, reason: union.reason.clone() };
+    match ids[..] {
+        [a, b] => vec![report((a, b))],
+        _ => ids.into_iter().filter(|id| *id != into).map(|id| report((into, id))).collect(),
     }
-    let merged = (state.clusters[a].id, state.clusters[b].id);
-    let change = union_change(state, params, &[a, b], proposal.shape, proposal.sum_d2);
-    let into = state.apply(change)[0];
-    Some(MergeReport { merged, into, reason: proposal.reason })
-}
-
-/// A pair of clusters, the energy that their merge would save, and the one
-/// primitive in their place.
-pub(crate) type Candidate<'c> = (f64, (usize, usize), &'c Union);
-
-/// What the merges of some pairs would save, as far as their unions are worth
-/// fitting. Fits are remembered, what a merge gains is not: it changes with the
-/// neighbours, too. `None` when cancelled.
-pub(crate) fn gains<'c>(
-    state: &State,
-    configuration: &Configuration<'_>,
-    pairs: &BTreeSet<(usize, usize)>,
-    before: f64,
-    cache: &'c mut UnionCache,
-) -> Option<Vec<Candidate<'c>>> {
-    let model = &state.model;
-    let key = |(a, b): (usize, usize)| (state.clusters[a].revision, state.clusters[b].revision);
-    let missing: Vec<(usize, usize)> =
-        pairs.iter().copied().filter(|&pair| !cache.0.contains_key(&key(pair))).collect();
-    let fitted: Vec<Option<Union>> = missing
-        .par_iter()
-        .map(|&(a, b)| {
-            let rough = configuration.rough_union(&[a, b], before)?;
-            let (shape, points) = configuration.fit_union(&[a, b], &rough, before)?;
-            let sum_d2 = model.sum_d2(&shape, &points);
-            Some(Union { shape, sum_d2, reason: String::new() })
-        })
-        .collect();
-    if configuration.cancel.is_requested() {
-        return None;
-    }
-    for (&pair, proposal) in missing.iter().zip(fitted) {
-        cache.0.insert(key(pair), proposal);
-    }
-    let gains = pairs.into_par_iter().filter_map(|&(a, b)| {
-        let found = cache.0.get(&key((a, b)))?.as_ref()?;
-        let gain = before - configuration.energy_with(&[a, b], &[PrimitiveTerms::new(model, found.shape)]);
-        Some((gain, (a, b), found))
-    });
-    Some(gains.collect())
-}
-
-/// The pair of neighbours whose merge lowers the energy most.
-fn best_by_energy(
-    state: &State,
-    cache: &mut UnionCache,
-    params: &Params,
-    cancel: &Cancel,
-) -> Option<(usize, usize, Union)> {
-    let model = &state.model;
-    let configuration = Configuration::of(model, state, params, cancel);
-    let before = configuration.energy();
-    let (gain, (a, b), found) = gains(state, &configuration, &configuration.neighbors(), before, cache)?
-        .into_iter()
-        .filter(|candidate| candidate.0 > 0.0)
-        .max_by(|x, y| x.0.total_cmp(&y.0))?;
-    let reason = merge_reason(gain / energy::scale(model));
-    Some((a, b, Union { reason, ..found.clone() }))
 }
 
 /// The paper's order: clusters by size, the largest against every smaller one.

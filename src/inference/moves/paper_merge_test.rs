@@ -5,6 +5,7 @@ use nalgebra::{Point3, Vector3};
 
 use crate::geometry::Superquadric;
 use crate::inference::control::Cancel;
+use crate::inference::data::abstraction::{MergeReason, PaperFinding};
 use crate::inference::data::model::{Model, sum_squared_radial};
 use crate::inference::data::state::State;
 use crate::inference::fit::points::{Effort, fit};
@@ -52,28 +53,25 @@ pub(crate) struct Measured {
 }
 
 impl Measured {
-    /// Why the union is good, or why it isn't.
-    pub(crate) fn verdict(&self) -> Result<String, String> {
+    /// What decides.
+    pub(crate) fn verdict(&self) -> MergeReason {
         let Self { fill, volumes, relative, worse_relative, mean_d2, worse_mean_d2, limit } = *self;
-        if fill < FILL {
-            return Err(format!("the two fill only {fill:.2} of the box that holds both, less than {FILL}"));
-        }
-        if volumes < FILL {
-            return Err(format!("the two fill only {volumes:.2} of the union's volume, less than {FILL}"));
-        }
-        if relative <= worse_relative {
-            Ok(format!(
-                "relative error² {relative:.1e} is no worse than {worse_relative:.1e} of the two alone"
-            ))
+        let (finding, value, limit) = if fill < FILL {
+            (PaperFinding::BoxTooEmpty, fill, FILL)
+        } else if volumes < FILL {
+            (PaperFinding::UnionTooEmpty, volumes, FILL)
+        } else if relative <= worse_relative {
+            (PaperFinding::RelativeErrorNoWorse, relative, worse_relative)
         } else if relative < RELATIVE {
-            Ok(format!("relative error² {relative:.1e} is below {RELATIVE:.1e}"))
+            (PaperFinding::RelativeErrorSmall, relative, RELATIVE)
         } else if mean_d2 < limit {
-            Ok(format!("mean d² {mean_d2:.1e} is below {limit:.1e}"))
+            (PaperFinding::MeanSquareSmall, mean_d2, limit)
         } else if mean_d2 < worse_mean_d2 {
-            Ok(format!("mean d² {mean_d2:.1e} is less than {worse_mean_d2:.1e} of the two alone"))
+            (PaperFinding::MeanSquareLess, mean_d2, worse_mean_d2)
         } else {
-            Err(format!("relative error² {relative:.1e} and mean d² {mean_d2:.1e} are both too large"))
-        }
+            (PaperFinding::ErrorsTooLarge, relative, RELATIVE.max(worse_relative))
+        };
+        MergeReason::Paper { finding, value, limit }
     }
 }
 
@@ -114,7 +112,7 @@ impl<'a> Pair<'a> {
     }
 
     /// The union as a merge takes it.
-    pub(crate) fn union(&self, shape: Superquadric, measured: &Measured, reason: String) -> Union {
+    pub(crate) fn union(&self, shape: Superquadric, measured: &Measured, reason: MergeReason) -> Union {
         Union { shape, sum_d2: measured.mean_d2 * self.points.len().max(1) as f64, reason }
     }
 
@@ -151,6 +149,7 @@ impl<'a> Pair<'a> {
         }
         let shape = self.fit(params, cancel)?;
         let measured = self.measure(&shape);
-        measured.verdict().ok().map(|reason| self.union(shape, &measured, reason))
+        let reason = measured.verdict();
+        reason.is_good().then(|| self.union(shape, &measured, reason))
     }
 }

@@ -10,7 +10,7 @@ use std::collections::BTreeSet;
 use rayon::prelude::*;
 
 use crate::inference::control::Cancel;
-use crate::inference::data::abstraction::{MergeReport, Occurrence};
+use crate::inference::data::abstraction::{MergeReason, MergeReport, Occurrence};
 use crate::inference::data::change::{Change, Draw, Identity, Noise, Successor};
 use crate::inference::data::random_streams::{Purpose, stream};
 use crate::inference::data::state::State;
@@ -261,7 +261,7 @@ pub(crate) fn accept(
                 Occurrence::Merged(MergeReport {
                     merged: (old[0], other),
                     into: old[0],
-                    reason: merge_reason(gain),
+                    reason: MergeReason::Energy { gain },
                 })
             })),
             Move::Cut(..) | Move::Peel(_) => reports.push(Occurrence::Cut { id: old[0], gain }),
@@ -291,11 +291,6 @@ pub(crate) fn accept(
         primitives.extend(added);
     });
     true
-}
-
-/// Why a merge is made, for people: what it saves in all.
-pub(crate) fn merge_reason(gain: f64) -> String {
-    format!("one primitive in their place saves {gain:.4} mean spacings of error, its price counted")
 }
 
 /// Writes the configuration back. Primitives without points go; σ is drawn anew where

@@ -1,11 +1,12 @@
-//! Unions that have been fitted, by the revisions of the clusters that they
-//! stand for.
+//! Unions that the paper's merge test has judged, by the revisions of the
+//! clusters that they stand for.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Superquadric;
+use crate::inference::data::abstraction::MergeReason;
 
 /// One primitive for two clusters, in the normalised frame.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -13,17 +14,8 @@ pub struct Union {
     pub shape: Superquadric,
     /// Σ d² of the union.
     pub sum_d2: f64,
-    /// Why it is acceptable, where the rule remembers that.
-    pub reason: String,
-}
-
-/// What came of the fit of one primitive to the points of two clusters.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct RememberedUnion {
-    /// Of the two clusters.
-    pub revisions: (u64, u64),
-    /// `None` where it was not worth finishing.
-    pub union: Option<Union>,
+    /// What speaks for it, or against it.
+    pub reason: MergeReason,
 }
 
 /// Proposals by the revisions of the two clusters: what did not change since
@@ -35,16 +27,6 @@ impl UnionCache {
     /// The union of two clusters by revision, if it was worth fitting.
     pub(crate) fn get(&self, revisions: (u64, u64)) -> Option<&Union> {
         self.0.get(&revisions)?.as_ref()
-    }
-
-    /// The proposals of clusters that are `alive`, by revision, as plain data.
-    pub(crate) fn remembered(&self, alive: &BTreeSet<u64>) -> Vec<RememberedUnion> {
-        let kept = self.0.iter().filter(|((a, b), _)| alive.contains(a) && alive.contains(b));
-        kept.map(|(&revisions, union)| RememberedUnion { revisions, union: union.clone() }).collect()
-    }
-
-    pub(crate) fn of(remembered: &[RememberedUnion]) -> Self {
-        Self(remembered.iter().map(|r| (r.revisions, r.union.clone())).collect())
     }
 
     /// Forgets proposals of clusters that are not `alive`, by revision.

@@ -15,7 +15,7 @@ use crate::inference::data::limits::{MOST_IDS, is_sigma};
 use crate::inference::data::model::Model;
 use crate::inference::data::state::{Cluster, State};
 use crate::inference::gibbs::sampler::Sampler;
-use crate::inference::moves::union_cache::{RememberedUnion, Union, UnionCache};
+use crate::inference::moves::union_cache::UnionCache;
 use crate::inference::params::{Algorithm, Params};
 
 /// All that a run needs to go on, but the cloud: what [`crate::inference::runs::run::Run::resume`]
@@ -41,9 +41,6 @@ pub struct Checkpoint {
     pub next_id: u32,
     /// The next revision that a cluster gets.
     pub next_revision: u64,
-    /// Unions that have been fitted: a fit depends on what was around it then,
-    /// so that the next merge by hand would differ without them.
-    pub unions: Vec<RememberedUnion>,
     /// What a baseline has left to do.
     pub work: Work,
 }
@@ -57,7 +54,6 @@ impl fmt::Debug for Checkpoint {
             .field("labels", &Brief::of(&self.labels))
             .field("frozen", &Brief::of(&self.frozen))
             .field("pinned", &Brief::of(&self.pinned))
-            .field("unions", &Brief::of_told(&self.unions))
             .finish_non_exhaustive()
     }
 }
@@ -163,12 +159,6 @@ impl Checkpoint {
                 return Some(format!("primitive {id} has a revision to come"));
             }
         }
-        let unsound = |u: &Union| {
-            u.shape.check(&Bounds::RUN).is_err() || !u.sum_d2.is_finite() || u.sum_d2.is_sign_negative()
-        };
-        if self.unions.iter().filter_map(|u| u.union.as_ref()).any(unsound) {
-            return Some("a remembered union is out of its limits".to_owned());
-        }
         self.problem_of_work(points)
     }
 
@@ -217,7 +207,7 @@ impl Checkpoint {
 
     /// That of a sampler; a baseline puts its own work in.
     pub(crate) fn of(sampler: &Sampler) -> Self {
-        let Sampler { params, state, phase, cache } = sampler;
+        let Sampler { params, state, phase, .. } = sampler;
         let frozen = (0u32..).zip(&state.frozen).filter(|(_, f)| **f).map(|(i, _)| i).collect();
         Self {
             params: *params,
@@ -229,7 +219,6 @@ impl Checkpoint {
             pinned: state.pinned.to_vec(),
             next_id: state.next_id,
             next_revision: state.next_revision,
-            unions: cache.remembered(&state.clusters.iter().map(|c| c.revision).collect()),
             work: Work::Sampler,
         }
     }
@@ -240,7 +229,7 @@ impl Checkpoint {
         Sampler {
             params: self.params,
             phase: self.phase,
-            cache: UnionCache::of(&self.unions),
+            cache: UnionCache::default(),
             state: self.state(model),
         }
     }

@@ -23,10 +23,22 @@ pub struct Explanation {
     /// Id of its present primitive; none where it is unassigned.
     pub present: Option<u32>,
     /// Why the sweep would not draw at all; none where it would.
-    pub held: Option<String>,
+    pub held: Option<Held>,
     /// The tables, in the order of the primitives.
     pub tables: Vec<Odds>,
     pub new: NewTable,
+}
+
+/// Why a sweep passes over a point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Held {
+    /// Its primitive is locked.
+    Locked,
+    /// It is pinned to its primitive.
+    Pinned,
+    /// It is frozen, since its primitive fits well.
+    Frozen,
 }
 
 /// The odds of an existing table.
@@ -111,18 +123,18 @@ pub fn explain(points: &[Point3<f64>], checkpoint: &Checkpoint, sample: u32) -> 
         table.probability = table.weight / total;
     }
     let held = if present.is_some_and(|c| c.locked) {
-        Some("its primitive is locked")
+        Some(Held::Locked)
     } else if checkpoint.pinned.binary_search(&sample).is_ok() {
-        Some("it is pinned to its primitive")
+        Some(Held::Pinned)
     } else if checkpoint.frozen.binary_search(&sample).is_ok() {
-        Some("it is frozen: its primitive fits well")
+        Some(Held::Frozen)
     } else {
         None
     };
     Some(Explanation {
         sample,
         present: present.map(|c| c.id),
-        held: held.map(str::to_owned),
+        held,
         tables,
         new: NewTable { alpha, waiting: 0.0, p0, weight: new_weight, probability: new_weight / total },
     })

@@ -9,12 +9,13 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::Superquadric;
 use crate::inference::control::{Cancel, InferenceError};
+use crate::inference::data::abstraction::MergeReason;
 use crate::inference::data::state::State;
 use crate::inference::gibbs::sampler::Sampler;
 use crate::inference::moves::configuration::Configuration;
-use crate::inference::moves::merge::{first_by_thresholds, gains, in_order_of_size};
+use crate::inference::moves::merge::{first_by_thresholds, in_order_of_size};
+use crate::inference::moves::merge_search::MergeSearch;
 use crate::inference::moves::paper_merge_test::{FILL, Pair, RELATIVE};
-use crate::inference::moves::search::merge_reason;
 use crate::inference::moves::union_cache::Union;
 use crate::inference::objective::energy;
 use crate::inference::objective::energy::PrimitiveTerms;
@@ -38,8 +39,8 @@ pub struct MergeProposal {
     /// pairs up that promise nothing at first glance; one of these may turn out
     /// to be acceptable when it is looked at here.)
     pub is_acceptable: bool,
-    /// Why it would or wouldn't: one sentence with numbers.
-    pub reason: String,
+    /// What speaks for it, or against it.
+    pub reason: MergeReason,
     /// What the rule looks at.
     pub numbers: Vec<TestNumber>,
 }
@@ -57,30 +58,47 @@ impl fmt::Debug for MergeProposal {
 }
 
 /// One number of a test.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct TestNumber {
-    /// Short, for a label.
-    pub name: String,
+    pub quantity: TestQuantity,
     pub value: f64,
     /// What it is held against, if it decides.
     pub threshold: Option<f64>,
-    /// May be empty.
-    pub unit: String,
     /// Whether it speaks for the merge, where it decides.
     pub is_good: Option<bool>,
-    /// What it is and which side of the threshold is good, for a tooltip.
-    pub meaning: String,
+}
+
+/// What a test measures.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum TestQuantity {
+    /// Mean distance between the cloud and all primitives, both ways, in mean
+    /// spacings.
+    ErrorBefore,
+    /// The same with one primitive in the place of the two.
+    ErrorAfter,
+    /// The cost of a primitive, in mean spacings.
+    CostSaved,
+    /// Error before plus cost saved, less the error after.
+    Gain,
+    /// Volume of the two parts' boxes against the box that holds both.
+    BoxFill,
+    /// Volume of the two primitives against that of the union.
+    VolumeFill,
+    /// Mean of (r/|q|)².
+    RelativeError,
+    /// Mean squared radial distance, in normalised units.
+    MeanSquare,
 }
 
 impl TestNumber {
-    fn new(name: &str, value: f64, threshold: Option<f64>, unit: &str, meaning: &str) -> Self {
-        let [name, unit, meaning] = [name, unit, meaning].map(str::to_owned);
-        Self { name, value, threshold, unit, is_good: None, meaning }
+    fn new(quantity: TestQuantity, value: f64) -> Self {
+        Self { quantity, value, threshold: None, is_good: None }
     }
 
-    /// The same, with the side of the threshold on which it lies.
-    fn judged(self, is_good: bool) -> Self {
-        Self { is_good: Some(is_good), ..self }
+    /// The same, with what it is held against and the side on which it lies.
+    fn judged(self, threshold: f64, is_good: bool) -> Self {
+        Self { threshold: Some(threshold), is_good: Some(is_good), ..self }
     }
 }
 
@@ -88,7 +106,7 @@ impl TestNumber {
 struct Judged {
     union: Union,
     is_acceptable: bool,
-    reason: String,
+    reason: MergeReason,
     numbers: Vec<TestNumber>,
 }
 
@@ -173,23 +191,23 @@ impl Sampler {
         skipped: &BTreeSet<(u32, u32)>,
         cancel: &Cancel,
     ) -> Option<((usize, usize), Judged)> {
-        let configuration = Configuration::of(&self.state.model, &self.state, &self.params, cancel);
+        let state = &self.state;
+        let mut search = MergeSearch::new(&state.model, state, &self.params, cancel);
+        let allowed = |a: usize, b: usize| !is_skipped(state, skipped, (a, b));
+        let best = search.best(|list| matches!(*list, [a, b] if allowed(a, b)));
+        let configuration = &search.configuration;
         let before = configuration.energy();
-        let pairs = configuration.neighbors();
-        let known = gains(&self.state, &configuration, &pairs, before, &mut self.cache)?;
-        let known = known.iter().filter(|(_, pair, _)| !is_skipped(&self.state, skipped, *pair));
-        let best = known.max_by(|x, y| x.0.total_cmp(&y.0)).map(|best| best.1);
-        // Where no pair is worth a fit, that which looks best at first glance.
-        let pair = best.or_else(|| {
+        // Where no pair is worth a fit, that which looks best at a rough one.
+        let pair = best.map(|(list, _)| (list[0], list[1])).or_else(|| {
             let left: Vec<(usize, usize)> =
-                pairs.into_iter().filter(|&pair| !is_skipped(&self.state, skipped, pair)).collect();
+                configuration.neighbors().into_iter().filter(|&(a, b)| allowed(a, b)).collect();
             let rises = left
                 .into_par_iter()
                 .filter_map(|(a, b)| Some((configuration.any_rough_union(&[a, b], before)?.rise, (a, b))));
             let rises: Vec<(f64, (usize, usize))> = rises.collect();
             rises.into_iter().min_by(|x, y| x.0.total_cmp(&y.0)).map(|best| best.1)
         })?;
-        Some((pair, self.judge_by_energy(&configuration, before, pair)?))
+        Some((pair, self.judge_by_energy(configuration, before, pair)?))
     }
 
     fn judge_by_energy(
@@ -199,61 +217,23 @@ impl Sampler {
         (a, b): (usize, usize),
     ) -> Option<Judged> {
         let model = configuration.model;
-        let clusters = &self.state.clusters;
-        let union = match self.cache.get((clusters[a].revision, clusters[b].revision)) {
-            Some(known) => known.clone(),
-            None => {
-                let (shape, points) = configuration.any_union(&[a, b], before)?;
-                let sum_d2 = model.sum_d2(&shape, &points);
-                Union { shape, sum_d2, reason: String::new() }
-            }
-        };
+        let (shape, points) = configuration.any_union(&[a, b], before)?;
+        let sum_d2 = model.sum_d2(&shape, &points);
         let scale = energy::scale(model);
         let count = configuration.primitives().len();
         let [price, cheaper] =
             [count, count - 1].map(|k| energy::price(model, configuration.params, k) / scale);
-        let after = configuration.energy_with(&[a, b], &[PrimitiveTerms::new(model, union.shape)]);
+        let after = configuration.energy_with(&[a, b], &[PrimitiveTerms::new(model, shape)]);
         let gain = (before - after) / scale;
         let is_off = configuration.params.merge == MergeRule::None;
-        let reason = if is_off {
-            "merging is switched off in the parameters; by hand it can be done all the same".to_owned()
-        } else if gain > 0.0 {
-            merge_reason(gain)
-        } else {
-            format!("one primitive in their place costs {:.4} mean spacings, its lower price counted", -gain)
-        };
-        let unit = "mean spacings";
+        let reason = if is_off { MergeReason::SwitchedOff } else { MergeReason::Energy { gain } };
         let numbers = vec![
-            TestNumber::new(
-                "Error before",
-                before / scale - price,
-                None,
-                unit,
-                "Mean distance between the cloud and all primitives, both ways, as they are",
-            ),
-            TestNumber::new(
-                "Error after",
-                after / scale - cheaper,
-                None,
-                unit,
-                "The same with one primitive in the place of the two",
-            ),
-            TestNumber::new(
-                "Price saved",
-                price - cheaper,
-                None,
-                unit,
-                "The error that one primitive more has to save to be worth having",
-            ),
-            TestNumber::new(
-                "Gain",
-                gain,
-                Some(0.0),
-                unit,
-                "Error before plus price saved, less the error after; the merge is made above 0",
-            )
-            .judged(gain > 0.0),
+            TestNumber::new(TestQuantity::ErrorBefore, before / scale - price),
+            TestNumber::new(TestQuantity::ErrorAfter, after / scale - cheaper),
+            TestNumber::new(TestQuantity::CostSaved, price - cheaper),
+            TestNumber::new(TestQuantity::Gain, gain).judged(0.0, gain > 0.0),
         ];
+        let union = Union { shape, sum_d2, reason: reason.clone() };
         Some(Judged { union, is_acceptable: gain > 0.0 && !is_off, reason, numbers })
     }
 
@@ -292,47 +272,23 @@ impl Sampler {
         };
         let measured = pair.measure(&shape);
         // What was found acceptable stays so until the pair changes.
-        let (is_acceptable, reason) = match (known, measured.verdict()) {
-            (Some(union), _) => (true, union.reason.clone()),
-            (None, Ok(reason)) => (true, reason),
-            (None, Err(reason)) => (false, reason),
-        };
+        let reason = known.map_or_else(|| measured.verdict(), |union| union.reason.clone());
+        let relative_limit = RELATIVE.max(measured.worse_relative);
+        let mean_limit = measured.limit.max(measured.worse_mean_d2);
         let numbers = vec![
-            TestNumber::new(
-                "Box fill",
-                measured.fill,
-                Some(FILL),
-                "",
-                "Volume of the two parts' boxes against the box that holds both; must not be below",
-            )
-            .judged(measured.fill >= FILL),
-            TestNumber::new(
-                "Volume fill",
-                measured.volumes,
-                Some(FILL),
-                "",
-                "Volume of the two primitives against that of the union; must not be below",
-            )
-            .judged(measured.volumes >= FILL),
-            TestNumber::new(
-                "Relative error²",
-                measured.relative,
-                Some(RELATIVE.max(measured.worse_relative)),
-                "",
-                "Mean of (r/|q|)², the radial error against the distance from the centre; good below 0.005, or \
-                 where it is no larger than that of the worse of the two alone",
-            )
-            .judged(measured.relative < RELATIVE || measured.relative <= measured.worse_relative),
-            TestNumber::new(
-                "Mean d²",
-                measured.mean_d2,
-                Some(measured.limit.max(measured.worse_mean_d2)),
-                "normalised²",
-                "Mean squared radial distance; good below the limit (0.001 in the first merge pass, 0.01 later), \
-                 or where it is less than that of the worse of the two alone",
-            )
-            .judged(measured.mean_d2 < measured.limit || measured.mean_d2 < measured.worse_mean_d2),
+            TestNumber::new(TestQuantity::BoxFill, measured.fill).judged(FILL, measured.fill >= FILL),
+            TestNumber::new(TestQuantity::VolumeFill, measured.volumes)
+                .judged(FILL, measured.volumes >= FILL),
+            TestNumber::new(TestQuantity::RelativeError, measured.relative).judged(
+                relative_limit,
+                measured.relative < RELATIVE || measured.relative <= measured.worse_relative,
+            ),
+            TestNumber::new(TestQuantity::MeanSquare, measured.mean_d2).judged(
+                mean_limit,
+                measured.mean_d2 < measured.limit || measured.mean_d2 < measured.worse_mean_d2,
+            ),
         ];
+        let is_acceptable = reason.is_good();
         Some(Judged { union: pair.union(shape, &measured, reason.clone()), is_acceptable, reason, numbers })
     }
 }

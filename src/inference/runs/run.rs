@@ -115,10 +115,10 @@ impl Run {
     ///
     /// # Errors
     /// `Cancelled`; the state is then as before the call.
-    pub fn step_merge(&mut self, cancel: &Cancel) -> Result<Option<MergeReport>, InferenceError> {
+    pub fn step_merge(&mut self, cancel: &Cancel) -> Result<Vec<MergeReport>, InferenceError> {
         match &mut self.0 {
             Kind::Sampler(run) => run.step_merge(cancel),
-            Kind::Baseline(_) => Ok(None),
+            Kind::Baseline(_) => Ok(Vec::new()),
         }
     }
 

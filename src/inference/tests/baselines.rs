@@ -286,7 +286,7 @@ fn a_baseline_merges_nothing_and_keeps_what_it_was_started_with() {
         let mut run = run_of(&points, method.params());
         run.step(&Cancel::default()).unwrap();
         let before = run.abstraction();
-        assert_eq!(run.step_merge(&Cancel::default()).unwrap(), None);
+        assert_eq!(run.step_merge(&Cancel::default()).unwrap(), []);
         run.set_params(Params::paper()).unwrap();
         run.set_params(Params { clusters: 5, seed: 9, ..method.params() }).unwrap();
         assert_eq!(*run.params(), method.params());

@@ -69,9 +69,7 @@ fn ids_are_stable_and_what_happens_is_told() {
                     }
                     Occurrence::Merged(report) => {
                         let (a, b) = report.merged;
-                        assert!(
-                            a != b && (report.into == a || report.into == b) && !report.reason.is_empty()
-                        );
+                        assert!(a != b && (report.into == a || report.into == b) && report.reason.is_good());
                         assert!(alive.contains(&a) && alive.contains(&b));
                         alive.retain(|id| *id == report.into || (*id != a && *id != b));
                     }

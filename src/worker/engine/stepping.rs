@@ -12,7 +12,7 @@ use crate::inference::{MergeReport, Occurrence};
 /// What one step came to.
 enum Step {
     Iterated(Vec<Occurrence>),
-    Merged(Option<MergeReport>),
+    Merged(Vec<MergeReport>),
 }
 
 impl<M: Machine> Engine<M> {
@@ -122,11 +122,11 @@ impl<M: Machine> Engine<M> {
                     self.fail("The run ended without a result", source::chain(&error));
                 }
             }
-            Step::Merged(Some(report)) => {
-                self.emit_step(Cause::Merge, vec![Occurrence::Merged(report.clone())]);
-                self.emit(Event::MergeStep(Some(report)));
+            Step::Merged(reports) if !reports.is_empty() => {
+                self.emit_step(Cause::Merge, reports.iter().cloned().map(Occurrence::Merged).collect());
+                self.emit(Event::MergeStep(reports.into_iter().next_back()));
             }
-            Step::Merged(None) => {
+            Step::Merged(_) => {
                 done = true;
                 self.emit(Event::MergeStep(None));
             }
