@@ -5,7 +5,7 @@ use nalgebra::Point3;
 
 use super::raw::Raw;
 use super::text::counted;
-use crate::io::Attributes;
+use crate::io::shape::Attributes;
 
 /// Which columns hold what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

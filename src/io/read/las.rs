@@ -10,10 +10,10 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use nalgebra::Point3;
 
 use super::columns::DEGREES;
-use super::most_unpacked;
 use super::raw::Raw;
-use crate::io::Attributes;
+use crate::io::content::most_unpacked;
 use crate::io::error::Fault;
+use crate::io::shape::Attributes;
 use header::Header;
 
 mod header;

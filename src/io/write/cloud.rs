@@ -5,14 +5,14 @@ use std::io::{self, Seek, Write};
 
 use nalgebra::Point3;
 
-use super::Outcome;
 use super::atomic::unfit;
 use super::formats::ExportOptions;
 use super::npy::Npz;
-use super::parts::rounding;
+use super::outcome::Outcome;
+use super::text::{Text, file_label, rounding};
 use crate::geometry::palette::UNASSIGNED_COLOR;
 use crate::inference::UNASSIGNED;
-use crate::io::ShapeGeometry;
+use crate::io::shape::ShapeGeometry;
 
 /// The columns of the cloud; all have one entry a point.
 #[derive(Debug)]
@@ -26,11 +26,6 @@ pub(super) struct SegmentedCloud<'a> {
     input_colors: Option<&'a [[u8; 3]]>,
     /// Of all primitives.
     ids: Vec<i32>,
-}
-
-/// An id as files have it.
-pub(super) fn file_label(id: u32) -> io::Result<i32> {
-    i32::try_from(id).map_err(|_| unfit(format!("the id {id} is too large for a label")))
 }
 
 impl<'a> SegmentedCloud<'a> {
@@ -310,63 +305,4 @@ pub(super) fn begin_ply(w: &mut impl Write, binary: bool, points: usize) -> io::
          property double x\nproperty double y\nproperty double z\n",
         env!("CARGO_PKG_VERSION"),
     )
-}
-
-/// Characters that the places of a point take in a text, on average over some
-/// of them.
-pub(super) fn mean_place(points: &[Point3<f64>]) -> u64 {
-    const SAMPLES: usize = 64;
-    let count = points.len().clamp(1, SAMPLES);
-    let some = (0..count.min(points.len())).map(|k| points[k * points.len() / count]);
-    let characters: usize = some.flat_map(|p| [p.x, p.y, p.z]).map(|c| Text(c).to_string().len() + 1).sum();
-    (characters / count) as u64
-}
-
-/// A number as all readers take it: the shortest text that reads as the same
-/// number, and `nan` where it is none.
-pub(super) struct Text<T>(pub(super) T);
-
-macro_rules! text {
-    ($float:ty) => {
-        impl std::fmt::Display for Text<$float> {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                let value = self.0;
-                if value.is_nan() {
-                    f.write_str("nan")
-                } else if value == value.trunc() && value.abs() < 1e15 {
-                    // Without the ".0".
-                    write!(f, "{value}")
-                } else {
-                    write!(f, "{value:?}")
-                }
-            }
-        }
-    };
-}
-text!(f32);
-text!(f64);
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_short_and_come_back() {
-        for (value, text) in [
-            (0.1, "0.1"),
-            (-3.0, "-3"),
-            (1e300, "1e300"),
-            (-2.5e-9, "-2.5e-9"),
-            (450_000.123_456_789, "450000.123456789"),
-            (f64::NAN, "nan"),
-            (f64::NEG_INFINITY, "-inf"),
-            (-0.0, "-0"),
-        ] {
-            let shown = Text(value).to_string();
-            assert_eq!(shown, text);
-            let back: f64 = shown.parse().unwrap();
-            assert!(back.to_bits() == value.to_bits() || back.is_nan() && value.is_nan());
-        }
-        assert_eq!(Text(0.1f32).to_string(), "0.1");
-    }
 }

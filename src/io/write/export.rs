@@ -5,14 +5,18 @@ use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
 use super::atomic::Together;
-use super::cloud::{SegmentedCloud, mean_place};
+use super::atomic::unfit;
+use super::cloud::SegmentedCloud;
 use super::formats::{ExportOptions, Format, Kind};
-use super::params::{PrimitiveSet, primitives_text};
+use super::outcome::Outcome;
 use super::parts::{Parts, input_mesh};
 use super::place::is_written_through;
 use super::robot::{self, Robot};
-use super::{Outcome, glb, meshes};
-use crate::io::{ShapeGeometry, WriteError};
+use super::text::mean_place;
+use super::{glb, meshes};
+use crate::io::error::WriteError;
+use crate::io::primitives::{PrimitiveSet, csv, json, npz};
+use crate::io::shape::ShapeGeometry;
 
 /// What was written.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
@@ -147,6 +151,22 @@ pub fn estimated_size(format: Format, options: &ExportOptions, outcome: &Outcome
     }
 }
 
+/// The primitives as a text, for the clipboard: JSON or CSV.
+///
+/// # Errors
+/// Where the format has no text, or a primitive has a parameter that is not
+/// valid.
+pub fn primitives_text(format: Format, set: &PrimitiveSet<'_>) -> Result<String, WriteError> {
+    let mut text = Vec::new();
+    match format {
+        Format::PrimitivesJson => json::write(&mut text, set),
+        Format::PrimitivesCsv => csv::write(&mut text, set),
+        _ => Err(unfit(format!("{format} has no text; take json or csv"))),
+    }
+    .and_then(|()| String::from_utf8(text).map_err(|e| unfit(e.to_string())))
+    .map_err(|e| WriteError::Content { path: Path::new("the text").to_owned(), problem: e.to_string() })
+}
+
 /// The files that [`export`] would write over, as far as they are there, and the
 /// one that it is for.
 pub fn outputs(path: &Path, format: Format, options: &ExportOptions) -> Vec<PathBuf> {
@@ -186,7 +206,9 @@ impl<'a> Source<'a> {
     fn outcome(self, path: &Path, format: Format) -> Result<&'a Outcome<'a>, WriteError> {
         match self {
             Self::Outcome(outcome) => Ok(outcome),
-            Self::Primitives(_) => Err(WriteError::OnlyPrimitives { path: path.to_owned(), format }),
+            Self::Primitives(_) => {
+                Err(WriteError::OnlyPrimitives { path: path.to_owned(), format: format.name() })
+            }
         }
     }
 }
@@ -239,7 +261,7 @@ impl Writing {
             Kind::Mesh => {
                 let outcome = source.outcome(path, format)?;
                 let mesh = input_mesh(outcome)
-                    .ok_or_else(|| WriteError::NeedsMesh { path: path.to_owned(), format })?;
+                    .ok_or_else(|| WriteError::NeedsMesh { path: path.to_owned(), format: format.name() })?;
                 let parts = Parts::of_mesh(mesh, outcome, options).map_err(content(path))?;
                 self.parts(path, format, options, &parts)
             }
@@ -342,9 +364,9 @@ impl Writing {
 
     fn primitives(&mut self, path: &Path, format: Format, set: &PrimitiveSet<'_>) -> Result<(), WriteError> {
         self.files.stage(path, |w| match format {
-            Format::PrimitivesNpz => set.npz(w),
-            Format::PrimitivesCsv => set.csv(w),
-            _ => set.json(w),
+            Format::PrimitivesNpz => npz::write(w, set),
+            Format::PrimitivesCsv => csv::write(w, set),
+            _ => json::write(w, set),
         })
     }
 }

@@ -6,7 +6,8 @@ use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
 use super::atomic::unfit;
-use super::parts::{Parts, renumbered, rounding};
+use super::parts::{Parts, renumbered};
+use super::text::rounding;
 
 // Numbers of the glTF specification.
 const FLOAT: u32 = 5126;

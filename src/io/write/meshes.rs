@@ -4,8 +4,9 @@ use std::io::{self, Write};
 
 use nalgebra::{Point3, Vector3};
 
-use super::cloud::{Text, begin_ply};
+use super::cloud::begin_ply;
 use super::parts::Parts;
+use super::text::Text;
 
 /// One mesh, its faces in their order, each with the id of its part.
 pub(super) fn ply(w: &mut impl Write, parts: &Parts, binary: bool, colors: bool) -> io::Result<()> {

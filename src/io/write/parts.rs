@@ -6,18 +6,18 @@ use std::io;
 
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use super::Outcome;
 use super::atomic::unfit;
-use super::cloud::file_label;
 use super::formats::ExportOptions;
-use super::params::{PrimitiveSet, checked};
+use super::outcome::Outcome;
+use super::text::{file_label, rounding};
 use crate::geometry::mesh::bounds;
 use crate::geometry::palette::UNASSIGNED_COLOR;
 use crate::geometry::segmentation::{face_labels, split_at_boundaries};
 use crate::geometry::tessellate::{Resolution, Surface, tessellate};
 use crate::geometry::{Superquadric, TriMesh};
 use crate::inference::UNASSIGNED;
-use crate::io::ShapeGeometry;
+use crate::io::primitives::{PrimitiveSet, checked};
+use crate::io::shape::ShapeGeometry;
 
 /// A mesh farther from the origin than this many times its size is written
 /// about its own centre where a format has single precision only.
@@ -133,23 +133,6 @@ impl Parts {
     pub(super) fn single_precision(&self) -> io::Result<Option<String>> {
         rounding(self.vertices.iter())
     }
-}
-
-/// What becomes of places in single precision: an error where one is out of its
-/// range, a sentence where they lose more than a millionth of their extent.
-pub(super) fn rounding<'a>(
-    places: impl Iterator<Item = &'a Point3<f64>> + Clone,
-) -> io::Result<Option<String>> {
-    let finite = |p: &&Point3<f64>| p.iter().all(|c| c.is_finite());
-    let coordinates = places.clone().filter(finite).flat_map(|p| p.iter().copied());
-    if coordinates.clone().any(|c| !(c as f32).is_finite()) {
-        return Err(unfit(
-            "a place is too far off for single precision; take a format with double precision",
-        ));
-    }
-    let off = coordinates.map(|c| (f64::from(c as f32) - c).abs()).fold(0.0, f64::max);
-    let extent = bounds(places.filter(finite).copied()).map_or(0.0, |(lo, hi)| (hi - lo).amax());
-    Ok((off > 1e-6 * extent).then(|| format!("places were rounded to single precision, by up to {off:.2e}")))
 }
 
 /// A frame about the middle of the points where they are far from the origin.
@@ -289,12 +272,8 @@ mod tests {
     }
 
     #[test]
-    fn coarse_numbers_are_told_and_too_large_ones_refused() {
+    fn what_is_far_off_is_written_about_its_centre() {
         let p = |x: f64| Point3::new(x, 0.0, 0.0);
-        assert_eq!(rounding([p(0.1), p(0.7)].iter()).unwrap(), None);
-        assert!(rounding([p(5_400_000.1), p(5_400_001.3)].iter()).unwrap().is_some());
-        assert!(rounding([p(1e300)].iter()).is_err());
-        assert_eq!(rounding([p(f64::NAN)].iter()).unwrap(), None);
         assert_eq!(about_center(&[p(1.0), p(2.0)]), Isometry3::identity());
         assert_eq!(about_center(&[p(1e6), p(1e6 + 2.0)]).translation.vector.x, 1e6 + 1.0);
     }

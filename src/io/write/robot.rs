@@ -9,13 +9,13 @@ use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Point3, Vector3};
 
-use super::cloud::Text;
 use super::formats::ExportOptions;
-use super::params::{PrimitiveSet, checked, yaw_pitch_roll};
 use super::parts::{Part, Parts, closed};
+use super::text::Text;
 use crate::geometry::hull::convex_hull;
 use crate::geometry::tessellate::{Resolution, Surface, tessellate};
 use crate::geometry::{MassProperties, Superquadric};
+use crate::io::primitives::{PrimitiveSet, checked, yaw_pitch_roll};
 
 /// An exponent up to this counts as 0, one that is no farther from 1 as 1.
 const EXPONENT: f64 = 0.1;
