@@ -5,6 +5,7 @@ mod content;
 mod error;
 mod inputs;
 mod names;
+mod open;
 mod paths;
 mod primitives;
 mod read;
@@ -15,6 +16,7 @@ mod write;
 pub use error::{Place, ReadError, WriteError};
 pub use inputs::Inputs;
 pub use names::{PRIMITIVES_FILE, REPORT_FILE, SEGMENTED_FILE, SESSION_ENDING, has_session_ending};
+pub use open::{Opened, open};
 pub use paths::StoredPath;
 pub use primitives::{PrimitiveSet, StoredPrimitives, parse_primitives, read_primitives, read_primitives_of};
 #[doc(hidden)]

@@ -15,7 +15,7 @@ use crate::geometry::{Isolated, NO_SAMPLE, SampleCloud, SamplingOptions, Surface
 use crate::inference::{Edit, UNASSIGNED};
 use crate::io::content::content;
 use crate::io::error::ReadError;
-use crate::io::names::{PRIMITIVES_FILE, REPORT_FILE, SEGMENTED_FILE};
+use crate::io::names::{PRIMITIVES_FILES, REPORT_FILE, SEGMENTED_FILE};
 use crate::io::paths::StoredPath;
 use crate::io::primitives::StoredPrimitives;
 use crate::io::primitives::schema::{COLUMNS, FORMAT, arrays};
@@ -31,7 +31,7 @@ const ARRAYS: [&str; 4] = [arrays::SCALE, arrays::ROTATION, arrays::TRANSLATION,
 /// numbers may be points with their attributes.
 pub fn holds_primitives(path: &Path) -> bool {
     if path.is_dir() {
-        return path.join(PRIMITIVES_FILE).is_file();
+        return PRIMITIVES_FILES.iter().any(|name| path.join(name).is_file());
     }
     let Ok(file) = File::open(path) else { return false };
     let mut head = Vec::new();
