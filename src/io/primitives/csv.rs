@@ -18,7 +18,7 @@ use crate::io::write::Text;
 const WITHOUT_TAPER: usize = 11;
 
 /// 13 columns in the order of the paper's authors.
-pub(in crate::io) fn write(w: &mut impl Write, set: &PrimitiveSet<'_>) -> io::Result<()> {
+pub(in crate::io) fn write(w: &mut (impl Write + ?Sized), set: &PrimitiveSet<'_>) -> io::Result<()> {
     let ids: String = set.primitives.iter().map(|p| format!(" {}", p.id)).collect();
     write!(
         w,

@@ -63,7 +63,7 @@ struct PrimitivesFile<'a> {
     primitives: Vec<PrimitiveEntry>,
 }
 
-pub(in crate::io) fn write(w: &mut impl Write, set: &PrimitiveSet<'_>) -> io::Result<()> {
+pub(in crate::io) fn write(w: &mut (impl Write + ?Sized), set: &PrimitiveSet<'_>) -> io::Result<()> {
     let file = PrimitivesFile {
         format: FORMAT,
         version: VERSION,

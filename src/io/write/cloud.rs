@@ -2,17 +2,101 @@
 //! of its primitive.
 
 use std::io::{self, Seek, Write};
+use std::path::Path;
 
 use nalgebra::Point3;
 
 use super::atomic::unfit;
-use super::formats::ExportOptions;
 use super::npy::Npz;
+use super::options::ExportOptions;
 use super::outcome::Outcome;
-use super::text::{Text, file_label, rounding};
+use super::text::{Text, file_label, mean_place, rounding};
+use super::writing::{Writing, content};
 use crate::geometry::palette::UNASSIGNED_COLOR;
 use crate::inference::UNASSIGNED;
+use crate::io::error::WriteError;
 use crate::io::shape::ShapeGeometry;
+
+/// A format of clouds.
+#[derive(Clone, Copy)]
+pub(super) struct CloudFormat {
+    pub(super) write: fn(&mut Writing, &Path, &SegmentedCloud<'_>, &ExportOptions) -> Result<(), WriteError>,
+    /// About how many bytes that is.
+    pub(super) size: fn(&CloudCounts, &ExportOptions) -> u64,
+}
+
+pub(super) const PLY: CloudFormat = CloudFormat {
+    write: |writing, path, cloud, options| writing.files.stage(path, |w| cloud.ply(w, options.binary)),
+    size: |n, options| match options.binary {
+        true => n.points * (28 + 3 * n.colors + 12 * n.normals + 4 * n.labels + 3 * n.tints) + 400,
+        false => n.text(),
+    },
+};
+pub(super) const CSV: CloudFormat = CloudFormat {
+    write: |writing, path, cloud, _| writing.files.stage(path, |w| cloud.csv(w)),
+    size: |n, _| n.text(),
+};
+pub(super) const XYZ: CloudFormat = CloudFormat {
+    write: |writing, path, cloud, _| writing.files.stage(path, |w| cloud.xyz(w)),
+    size: |n, _| n.text(),
+};
+pub(super) const PCD: CloudFormat = CloudFormat {
+    write: |writing, path, cloud, options| {
+        if !options.doubles {
+            writing.notes.extend(rounding(cloud.points.iter()).map_err(content(path))?);
+        }
+        writing.files.stage(path, |w| cloud.pcd(w, options))
+    },
+    size: |n, options| {
+        let place = if options.doubles { 24 } else { 12 };
+        match options.binary {
+            true => n.points * (place + 4 + 4 * n.colors + 12 * n.normals + 4 * n.labels) + 300,
+            false => n.text(),
+        }
+    },
+};
+pub(super) const NPZ: CloudFormat = CloudFormat {
+    write: |writing, path, cloud, _| writing.files.stage(path, |w| cloud.npz(w)),
+    // Coordinates hardly shrink, labels and colours to a small part.
+    size: |n, _| n.points * (23 + n.normals * 11 + n.labels + n.tints) + 1500,
+};
+
+/// What the size of a cloud's file depends on.
+#[derive(Debug)]
+pub(super) struct CloudCounts {
+    points: u64,
+    /// Characters of a place.
+    place: u64,
+    /// 1 where each point has a colour, and a normal, a label and a colour of the
+    /// input's; else 0.
+    colors: u64,
+    normals: u64,
+    labels: u64,
+    tints: u64,
+}
+
+impl CloudCounts {
+    pub(super) fn of(outcome: &Outcome<'_>, options: &ExportOptions) -> Self {
+        let (points, own) = match &outcome.shape.geometry {
+            ShapeGeometry::Mesh(_) => (&outcome.cloud.points, None),
+            ShapeGeometry::Cloud(input) => (&input.points, Some(&outcome.shape.attributes)),
+        };
+        let own = own.filter(|_| options.input_attributes);
+        Self {
+            points: points.len() as u64,
+            place: mean_place(points),
+            colors: options.colors.into(),
+            normals: own.is_some_and(|a| a.normals.is_some()).into(),
+            labels: own.is_some_and(|a| a.labels.is_some()).into(),
+            tints: own.is_some_and(|a| a.colors.is_some()).into(),
+        }
+    }
+
+    fn text(&self) -> u64 {
+        let line = self.place + 3 + 12 * self.colors + 36 * self.normals + 4 * self.labels + 12 * self.tints;
+        self.points * line + 300
+    }
+}
 
 /// The columns of the cloud; all have one entry a point.
 #[derive(Debug)]
@@ -210,11 +294,6 @@ impl<'a> SegmentedCloud<'a> {
             npz.add("input_colors", "|u1", &[count, 3], colors.iter().copied())?;
         }
         npz.finish()
-    }
-
-    /// What becomes of the points in single precision.
-    pub(super) fn single_precision(&self) -> io::Result<Option<String>> {
-        rounding(self.points.iter())
     }
 
     fn has(&self, group: Group) -> bool {

@@ -3,19 +3,22 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io;
+use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
 use super::atomic::unfit;
-use super::formats::ExportOptions;
+use super::options::ExportOptions;
 use super::outcome::Outcome;
-use super::text::{file_label, rounding};
+use super::text::{file_label, mean_place, rounding};
+use super::writing::Writing;
 use crate::geometry::mesh::bounds;
 use crate::geometry::palette::UNASSIGNED_COLOR;
 use crate::geometry::segmentation::{face_labels, split_at_boundaries};
 use crate::geometry::tessellate::{Resolution, Surface, tessellate};
 use crate::geometry::{Superquadric, TriMesh};
 use crate::inference::UNASSIGNED;
+use crate::io::error::WriteError;
 use crate::io::primitives::{PrimitiveSet, checked};
 use crate::io::shape::ShapeGeometry;
 
@@ -25,6 +28,70 @@ const FAR: f64 = 16.0;
 /// Vertices of a primitive nearer than this, in semi-axes, are one. In single
 /// precision, and to readers of STL, they would be the same.
 const WELD: f64 = 1e-6;
+
+/// A format of meshes in parts.
+#[derive(Clone, Copy)]
+pub(super) struct PartsFormat {
+    pub(super) write: fn(&mut Writing, &Path, &Parts, &ExportOptions) -> Result<(), WriteError>,
+    /// About how many bytes that is.
+    pub(super) size: fn(&PartsCounts, &ExportOptions) -> u64,
+    /// The file beside it that it refers to.
+    pub(super) beside: fn(&Path, &ExportOptions) -> Option<PathBuf>,
+}
+
+/// What the size of a mesh's file depends on.
+#[derive(Debug)]
+pub(super) struct PartsCounts {
+    pub(super) vertices: u64,
+    pub(super) faces: u64,
+    pub(super) primitives: u64,
+    /// Characters of a place, and of the number of a vertex.
+    pub(super) place: u64,
+    pub(super) digits: u64,
+    /// 1 where vertices have normals, faces colours; else 0.
+    pub(super) normals: u64,
+    pub(super) colors: u64,
+}
+
+impl PartsCounts {
+    /// Of the input's mesh.
+    pub(super) fn of_mesh(outcome: &Outcome<'_>, options: &ExportOptions) -> Self {
+        let (vertices, faces) = match &outcome.shape.geometry {
+            ShapeGeometry::Mesh(mesh) => (&mesh.vertices, mesh.faces.len() as u64),
+            ShapeGeometry::Cloud(input) => (&input.points, 0),
+        };
+        // How much cutting adds depends on the boundaries.
+        let samples = if options.split_boundaries { outcome.cloud.points.len() as u64 } else { 0 };
+        let place = mean_place(vertices);
+        Self::new(vertices.len() as u64 + 8 * samples, faces + 16 * samples, (place, 0), outcome, options)
+    }
+
+    /// Of the surfaces of the primitives.
+    pub(super) fn of_surfaces(outcome: &Outcome<'_>, options: &ExportOptions) -> Self {
+        let primitives = outcome.abstraction.primitives.len() as u64;
+        let surface = options.surface();
+        let (vertices, faces) = (surface.vertices() as u64, surface.faces_len() as u64);
+        Self::new(primitives * vertices, primitives * faces, (57, 1), outcome, options)
+    }
+
+    fn new(
+        vertices: u64,
+        faces: u64,
+        (place, normals): (u64, u64),
+        outcome: &Outcome<'_>,
+        options: &ExportOptions,
+    ) -> Self {
+        Self {
+            vertices,
+            faces,
+            primitives: outcome.abstraction.primitives.len() as u64,
+            place,
+            digits: 1 + u64::from(vertices.max(1).ilog10()),
+            normals,
+            colors: options.colors.into(),
+        }
+    }
+}
 
 /// What there is to say of a part.
 #[derive(Debug, Clone)]

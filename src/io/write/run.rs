@@ -5,10 +5,12 @@ use std::path::{Path, PathBuf};
 
 use super::atomic::Staged;
 use super::cloud::SegmentedCloud;
-use super::export::{Exported, Writing, outputs};
-use super::formats::{ExportOptions, Format};
+use super::export::{Exported, finish, outputs, stage_all};
+use super::formats::Format;
+use super::options::ExportOptions;
 use super::outcome::Outcome;
 use super::report::{RunRecord, report_json};
+use super::writing::Writing;
 use crate::io::error::WriteError;
 use crate::io::names::{PRIMITIVES_FILE, REPORT_FILE, SEGMENTED_FILE};
 use crate::io::primitives::{PrimitiveSet, json};
@@ -62,8 +64,8 @@ pub fn write_run(
     writing.files.stage(&folder.join(SEGMENTED_FILE), |w| segmented_ply(w, outcome))?;
     writing.files.stage(&folder.join(PRIMITIVES_FILE), |w| json::write(w, &PrimitiveSet::from(outcome)))?;
     writing.files.stage(&folder.join(REPORT_FILE), |w| report_json(w, folder, outcome, record))?;
-    writing.all(folder, more, &ExportOptions::default(), outcome)?;
-    writing.finish()
+    stage_all(&mut writing, folder, more, &ExportOptions::default(), outcome)?;
+    finish(writing)
 }
 
 /// The files that [`write_run`] would write over, and those that it is for.

@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::atomic::unfit;
 use crate::geometry::mesh::bounds;
 
-pub(in crate::io) fn json(w: &mut impl Write, value: &impl Serialize) -> io::Result<()> {
+pub(in crate::io) fn json(w: &mut (impl Write + ?Sized), value: &impl Serialize) -> io::Result<()> {
     serde_json::to_writer_pretty(&mut *w, value)?;
     writeln!(w)
 }
