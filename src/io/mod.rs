@@ -5,6 +5,7 @@ mod content;
 mod error;
 mod inputs;
 mod names;
+mod npy;
 mod open;
 mod paths;
 mod primitives;

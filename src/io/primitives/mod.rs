@@ -1,7 +1,6 @@
 //! The parameters of primitives as JSON, NPZ and CSV, to files and back.
 
 mod angles;
-mod arrays;
 pub(super) mod csv;
 pub(super) mod json;
 pub(super) mod npz;

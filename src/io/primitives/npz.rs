@@ -4,15 +4,15 @@ use std::io::{self, Seek, Write};
 
 use nalgebra::Vector3;
 
-use super::arrays::{Archive, Array};
 use super::schema::arrays;
 use super::set::{PrimitiveSet, checked};
 use super::stored::{Found, rotation};
 use crate::geometry::Superquadric;
 use crate::inference::Primitive;
 use crate::io::error::Fault;
+use crate::io::npy::{Archive, Array, Npz};
 use crate::io::read::text::counted;
-use crate::io::write::{Npz, file_label};
+use crate::io::write::file_label;
 
 /// How far RᵀR may be from the identity: networks compute in single precision.
 const ORTHONORMAL: f64 = 1e-2;

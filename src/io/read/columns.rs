@@ -91,7 +91,7 @@ const TRIPLES: [(&[&str], [&str; 3]); 3] = [
 ];
 
 /// The names of the numbers of a field that has `count` of them.
-pub(super) fn names_of_parts(field: &str, count: usize) -> Vec<String> {
+pub(in crate::io) fn names_of_parts(field: &str, count: usize) -> Vec<String> {
     if count == 1 {
         return vec![field.to_owned()];
     }

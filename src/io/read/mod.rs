@@ -1,6 +1,6 @@
 //! Reading: shapes from the files that people have, and results back.
 
-mod columns;
+pub(super) mod columns;
 mod detect;
 mod gltf;
 mod las;

@@ -1,8 +1,4 @@
-//! NumPy arrays (`.npy`) and archives of them (`.npz`).
-//!
-//! Headers are read here because the crates for them multiply sides of shapes
-//! without a check and follow brackets as deep as a file likes; the archive
-//! itself is a library's.
+//! Clouds from NumPy arrays (`.npy`) and archives of them (`.npz`).
 
 use std::borrow::Cow;
 
@@ -10,13 +6,12 @@ use super::columns::{Color, Gatherer, Nameless, Roles};
 use super::raw::Raw;
 use super::text::counted;
 use crate::io::error::Fault;
+use crate::io::npy::{Header, shown};
 use grid::Grid;
-use header::{Header, shown};
 
 mod archive;
 mod batch;
 mod grid;
-mod header;
 
 pub(super) use archive::parse as parse_archive;
 

@@ -7,7 +7,6 @@ use std::path::Path;
 use nalgebra::Point3;
 
 use super::atomic::unfit;
-use super::npy::Npz;
 use super::options::ExportOptions;
 use super::outcome::Outcome;
 use super::text::{Text, file_label, mean_place, rounding};
@@ -15,6 +14,7 @@ use super::writing::{Writing, content};
 use crate::geometry::palette::UNASSIGNED_COLOR;
 use crate::inference::UNASSIGNED;
 use crate::io::error::WriteError;
+use crate::io::npy::Npz;
 use crate::io::shape::ShapeGeometry;
 
 /// A format of clouds.

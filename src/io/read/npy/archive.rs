@@ -7,10 +7,10 @@ use std::io::{Cursor, Read};
 use zip::ZipArchive;
 
 use super::grid::Grid;
-use super::header::{Header, LONGEST, shown};
 use super::{Array, listed};
 use crate::io::content::most_unpacked;
 use crate::io::error::Fault;
+use crate::io::npy::{Header, LONGEST, shown};
 use crate::io::primitives::schema::arrays as schema;
 use crate::io::read::columns;
 use crate::io::read::raw::Raw;

@@ -1,6 +1,6 @@
 //! How the numbers of an array are points.
 
-use super::header::Header;
+use crate::io::npy::Header;
 
 /// Columns that a point may have, where columns have no names.
 const WIDEST: usize = 16;
