@@ -30,6 +30,7 @@ mod patterns;
 mod render;
 mod request;
 mod run;
+mod runner;
 mod settings;
 
 use std::ffi::OsString;

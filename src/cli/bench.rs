@@ -20,7 +20,7 @@ use anyhow::Context;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use self::runner::{Task, run_all};
+use self::runner::{Task, make_all};
 use self::shapes::BenchShape;
 use self::store::{Row, Store};
 use self::table::Table;
@@ -118,7 +118,7 @@ impl BenchJob {
         bar.set_position((tasks.len() - open.len()) as u64);
         bar.reset_eta();
         let mut failures = Vec::new();
-        run_all(&open_tasks, &shapes, &self.metrics, self.jobs, cancel, |at, result| {
+        make_all(&open_tasks, &shapes, &self.metrics, self.jobs, cancel, |at, result| {
             let task = &open_tasks[at];
             let (shape, method, seed) = (&shapes[task.shape].name, task.method.name(), task.params.seed);
             match result {

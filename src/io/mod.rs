@@ -1,6 +1,7 @@
 //! Reading shapes and writing results. Kind is told from content; errors say
 //! what, where and what to do; files are written whole or not at all.
 
+mod caught;
 mod content;
 mod error;
 mod inputs;
@@ -14,6 +15,7 @@ mod shape;
 mod wording;
 mod write;
 
+pub(crate) use caught::caught;
 pub use error::{Place, ReadError, WriteError};
 pub use inputs::Inputs;
 pub use names::{PRIMITIVES_FILE, REPORT_FILE, SEGMENTED_FILE, SESSION_ENDING, has_session_ending};

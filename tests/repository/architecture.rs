@@ -9,7 +9,7 @@ use crate::code::{Crate, Source, names_crate};
 
 /// Modules whose files are still entangled, so that nothing is said of them. Whoever
 /// disentangles one takes it off.
-const ENTANGLED: [&str; 6] = [
+const ENTANGLED: [&str; 5] = [
     // Steps and merges are implemented on the state that they are declared beside.
     "inference",
     // The engine and what it renews are two halves of one type.
@@ -20,7 +20,6 @@ const ENTANGLED: [&str; 6] = [
     "ui",
     // `App` and what it keeps.
     "app",
-    "geometry",
 ];
 
 /// Crates that only some places may name, by the start of the path below src.

@@ -168,8 +168,12 @@ impl Names {
     fn of(tokens: &[String]) -> Self {
         let tokens = without_tests(tokens);
         let mut names = Self::default();
+        let mut words = BTreeSet::new();
         let mut i = 0;
         while i < tokens.len() {
+            if is_word(&tokens[i]) && !(i > 0 && tokens[i - 1] == "mod") {
+                words.insert(tokens[i].as_str());
+            }
             let is = |at: usize, text: &str| tokens.get(at).is_some_and(|t| t == text);
             if is(i, "use") && (i == 0 || [";", "}", "{", "pub"].contains(&tokens[i - 1].as_str())) {
                 let end = (i..tokens.len()).find(|&at| tokens[at] == ";").unwrap_or(tokens.len());
@@ -196,6 +200,9 @@ impl Names {
                 i += 1;
             }
         }
+        // What is passed on may be used, too.
+        let used = names.passed_on.iter().filter(|(name, _)| words.contains(name.as_str()));
+        names.paths.extend(used.map(|(_, path)| path.clone()));
         names
     }
 }
@@ -373,6 +380,8 @@ fn circles_are_found_also_through_what_is_passed_on() {
     assert_eq!(both.unwrap(), ["m/a", "m/b"]);
     let parent = ("m", "mod a; fn helper() { a::act() }");
     assert_eq!(circle(&[parent, ("m/a", "pub fn act() { super::helper() }")]).unwrap(), ["m", "m/a"]);
+    let parent = ("m", "mod a; pub use a::A; pub struct B(A);");
+    assert_eq!(circle(&[parent, ("m/a", "pub struct A(Option<Box<super::B>>);")]).unwrap(), ["m", "m/a"]);
     let itself = ("m", "mod a; #[cfg(test)] mod t { use super::a; } fn helper() {}");
     assert_eq!(circle(&[itself, ("m/a", "pub fn act() { super::helper() }")]), None);
 }

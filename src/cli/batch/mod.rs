@@ -15,7 +15,6 @@ mod names;
 mod plan;
 mod progress;
 mod rows;
-mod runner;
 mod sweep;
 mod tally;
 mod work;

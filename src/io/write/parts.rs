@@ -313,6 +313,7 @@ pub(super) fn input_mesh<'a>(outcome: &Outcome<'a>) -> Option<&'a TriMesh> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::mesh::volume;
 
     #[test]
     fn surfaces_stay_closed_where_a_taper_collapses_their_caps() {
@@ -323,16 +324,14 @@ mod tests {
                 shape.taper = taper;
                 let surface = closed(&shape, Resolution { profile: 8, section: 8 });
                 let mut open: HashMap<(u32, u32), i32> = HashMap::new();
-                let mut volume = 0.0;
                 for &[a, b, c] in &surface.faces {
                     for (from, to) in [(a, b), (b, c), (c, a)] {
                         *open.entry((from, to)).or_default() += 1;
                         *open.entry((to, from)).or_default() -= 1;
                     }
-                    let [p, q, r] = [a, b, c].map(|i| surface.vertices[i as usize].coords);
-                    volume += p.dot(&q.cross(&r)) / 6.0;
                 }
                 assert!(open.values().all(|&n| n == 0), "{eps:?} {taper:?}");
+                let volume = volume(&surface.vertices, &surface.faces);
                 assert!((volume / shape.volume() - 1.0).abs() < 0.05, "{eps:?} {taper:?}: {volume}");
             }
         }

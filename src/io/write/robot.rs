@@ -8,7 +8,7 @@ use std::fs;
 use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Vector3};
 
 use super::meshes::stl_binary;
 use super::options::ExportOptions;
@@ -17,6 +17,7 @@ use super::place::is_written_through;
 use super::text::Text;
 use super::writing::{Writing, content};
 use crate::geometry::hull::convex_hull;
+use crate::geometry::mesh::volume;
 use crate::geometry::tessellate::{Resolution, Surface, tessellate};
 use crate::geometry::{MassProperties, Superquadric};
 use crate::io::error::WriteError;
@@ -212,7 +213,7 @@ impl Robot {
                 // So thin that it has no inside in double precision.
                 None => closed(&local, COLLISION),
             };
-            let larger = volume(&hull) / properties.volume - 1.0;
+            let larger = volume(&hull.vertices, &hull.faces) / properties.volume - 1.0;
             let exact = Exact::of(&shape).filter(|_| options.exact_shapes);
             Ok(Body {
                 name: format!("{LINK}{}", primitive.id),
@@ -439,11 +440,6 @@ fn single(surface: Surface) -> Parts {
         faces: surface.faces,
         parts: vec![part],
     }
-}
-
-fn volume(surface: &Surface) -> f64 {
-    let at = |i: u32| -> Vector3<f64> { surface.vertices[i as usize] - Point3::origin() };
-    surface.faces.iter().map(|&[a, b, c]| at(a).dot(&at(b).cross(&at(c))) / 6.0).sum()
 }
 
 /// Bytes that a model takes, meshes and all.
