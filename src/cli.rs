@@ -24,10 +24,13 @@ mod interrupt;
 mod job;
 mod journal;
 mod manual;
+mod names;
 mod output;
 mod patterns;
 mod render;
+mod request;
 mod run;
+mod runner;
 mod settings;
 
 use std::ffi::OsString;
@@ -41,11 +44,10 @@ use tracing_subscriber::filter::Targets;
 use tracing_subscriber::layer::SubscriberExt as _;
 use tracing_subscriber::util::SubscriberInitExt as _;
 
-use self::output::{fail_by, print, say};
-use self::settings::SettingsArgs;
-use crate::geometry::SamplingOptions;
+use self::names::is_png;
+use self::output::say;
+use self::settings::{MeasureArgs, SettingsArgs};
 use crate::geometry::metrics::MetricOptions;
-use crate::inference::Params;
 use crate::worker::Source;
 
 pub use batch::{BatchJob, MergeJob};
@@ -58,6 +60,7 @@ pub use journal::{Journal, JournalLayer, Record};
 pub use manual::ManualJob;
 pub use output::fail;
 pub use render::{Look, RenderJob, SheetWish, Turn, Viewpoint};
+pub use request::{Request, WindowRequest};
 
 /// Where a job goes that was meant for the window.
 const FALLBACK_FOLDER: &str = "superform-out";
@@ -176,48 +179,6 @@ struct EvaluateArgs {
     seed: u64,
 }
 
-#[derive(Debug, Args)]
-#[command(next_help_heading = "Measuring")]
-struct MeasureArgs {
-    /// Samples of each of the two surfaces, and points that volumes are counted by
-    #[arg(long, value_name = "N", default_value_t = MetricOptions::default().samples)]
-    samples: usize,
-}
-
-impl MeasureArgs {
-    fn resolve(&self, seed: u64) -> Result<MetricOptions, String> {
-        let options = MetricOptions { samples: self.samples, volume_points: self.samples, seed };
-        options.check().map(|()| options)
-    }
-}
-
-/// What the command line asks for.
-#[derive(Debug, Clone)]
-pub enum Request {
-    Window(WindowRequest),
-    Headless(HeadlessJob),
-    Batch(BatchJob),
-    Merge(MergeJob),
-    Evaluate(EvaluateJob),
-    Export(ExportJob),
-    Bench(BenchJob),
-    Scaling(ScalingJob),
-    Manual(ManualJob),
-    Render(RenderJob),
-}
-
-/// What the window is to be opened with.
-#[derive(Debug, Clone)]
-pub struct WindowRequest {
-    pub source: Source,
-    pub sampling: SamplingOptions,
-    pub params: Params,
-    /// Where to save a picture of the window after the run.
-    pub screenshot: Option<PathBuf>,
-    /// Forget how the window was left.
-    pub reset_layout: bool,
-}
-
 impl Cli {
     /// Reads the command line of this process.
     ///
@@ -255,7 +216,7 @@ impl Cli {
                 let options = measure.resolve(seed)?;
                 return Ok(Request::Evaluate(EvaluateJob { result, reference, json, options }));
             }
-            Some(Command::Export(export)) => return export.resolve(),
+            Some(Command::Export(export)) => return export.resolve().map(Request::Export),
             Some(Command::Bench(bench)) => return bench.resolve(),
             Some(Command::Render(render)) => return render.resolve().map(Request::Render),
             None => {}
@@ -284,47 +245,6 @@ impl Cli {
         }
         Ok(Request::Window(WindowRequest { source, sampling, params, screenshot, reset_layout }))
     }
-}
-
-/// Whether a path can be that of a PNG: by its ending, or because it is no name of
-/// a file at all.
-fn is_png(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case("png")) || crate::io::is_written_through(path)
-}
-
-/// What a folder for results is called, as far as it can be told from a file.
-///
-/// # Errors
-/// Where a file seems to be meant.
-fn folder_for_results(path: &Path) -> Result<(), String> {
-    let shown = path.display();
-    if path == Path::new("-") {
-        let problem = "there are several results, which can't go to standard output: name a folder (./- if it \
-                       is called so)";
-        return Err(problem.to_owned());
-    }
-    let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
-    if is_folder(path) || !is_output_ending(&ending) {
-        return Ok(());
-    }
-    Err(format!(
-        "{shown} looks like a file, but the results go to a folder: name a folder, or write {shown}/ if it is \
-         called so"
-    ))
-}
-
-/// Whether a path is a folder, or written as one: with a slash behind it.
-fn is_folder(path: &Path) -> bool {
-    let last = path.as_os_str().as_encoded_bytes().last();
-    path.is_dir() || last.is_some_and(|&byte| std::path::is_separator(char::from(byte)))
-}
-
-/// Whether an ending is that of a file that people may expect where a folder is
-/// written. A folder may be called as the shape is that its results are of.
-fn is_output_ending(ending: &str) -> bool {
-    const MORE: [&str; 8] = ["png", "jpg", "jpeg", "gif", "pdf", "md", "jsonl", crate::io::SESSION_ENDING];
-    let is_written = |ending| crate::io::Format::ALL.iter().any(|format| format.ending() == ending);
-    MORE.contains(&ending) || (is_written(ending) && !crate::io::SHAPE_ENDINGS.contains(&ending))
 }
 
 /// What to say of `superform runn FILE`, which reads as one file too many.
@@ -384,8 +304,8 @@ pub fn refuse(problem: &str) -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geometry::{Isolated, Surface};
-    use crate::inference::{MergeRule, Method, PARAMETERS};
+    use crate::geometry::{Isolated, SamplingOptions, Surface};
+    use crate::inference::{MergeRule, Method, PARAMETERS, Params};
 
     fn request(args: &[&str]) -> Result<Request, String> {
         let args = std::iter::once("superform").chain(args.iter().copied());

@@ -22,12 +22,12 @@
 //! | [`project`] | the session file, the journal that is kept all the time | `session`, and what it uses |
 //! | `render` | wgpu pipelines | `geometry` |
 //! | `pictures` | pictures without a window | `project`, `render`, and what they use |
-//! | `ui` | egui panels and the viewport | `session`, `render`, `pictures::frame`, and what they use |
+//! | `ui` | egui panels and the viewport | `pictures::frame`, `session`, `render`, `worker`, `inference`, `io`, `geometry` |
 //! | [`cli`] | the command line | `pictures`, `session`, `inference`, `io`, `worker`, `geometry` |
 //! | `app` | the window's composition root | all |
 //!
-//! `tests/repository/architecture.rs` reads the `use crate::` lines and fails on a
-//! dependency that this table does not allow.
+//! `tests/repository/architecture.rs` reads this table and fails on a dependency that it
+//! does not allow, and where the files of a module use one another in a circle.
 
 pub mod cli;
 pub mod geometry;

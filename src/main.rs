@@ -2,6 +2,7 @@
 
 use std::process::ExitCode;
 
+use clap::CommandFactory as _;
 use superform::cli::{self, Cli, Journal, Request, WindowRequest};
 
 fn main() -> ExitCode {
@@ -18,7 +19,7 @@ fn main() -> ExitCode {
         Ok(Request::Headless(job)) => job.run(),
         Ok(Request::Batch(job)) => job.run(),
         Ok(Request::Merge(job)) => job.run(),
-        Ok(Request::Manual(job)) => job.run(),
+        Ok(Request::Manual(job)) => job.run(Cli::command()),
         Ok(Request::Evaluate(job)) => job.run(),
         Ok(Request::Export(job)) => job.run(),
         Ok(Request::Bench(job)) => job.run(),

@@ -9,13 +9,16 @@
 
 pub mod frame;
 
+mod blending;
 mod framing;
 mod legend;
 mod lettering;
 mod painter;
 mod sheet;
 mod subject;
+mod theme;
 
-pub use painter::{Painter, Stage, Theme};
+pub use painter::{Painter, Stage};
 pub use sheet::{Sheet, SheetError};
 pub use subject::{Figures, Subject, SubjectError};
+pub use theme::Theme;

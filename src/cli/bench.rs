@@ -4,6 +4,7 @@
 //! finished is kept on disk at once, so that a benchmark that was stopped goes
 //! on where it was.
 
+mod args;
 mod output;
 mod runner;
 mod scaling;
@@ -14,27 +15,24 @@ mod table;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
-use std::str::FromStr;
-use std::thread;
 
 use anyhow::Context;
-use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use serde::Serialize;
 
-use self::runner::{Task, run_all};
+use self::runner::{Task, make_all};
 use self::shapes::BenchShape;
 use self::store::{Row, Store};
 use self::table::Table;
 use super::batch::fingerprint::fingerprint;
 use super::interrupt::{INTERRUPTED, cancel_on_interrupt};
-use super::settings::{TuningArgs, methods};
-use super::{MeasureArgs, Request, fail, fail_by, folder_for_results, print, say};
+use super::output::{fail, fail_by, print, say};
 use crate::geometry::SamplingOptions;
 use crate::geometry::metrics::MetricOptions;
 use crate::inference::{Cancel, Method, Params};
 use crate::io::{self, Inputs};
 
+pub(super) use self::args::BenchArgs;
 pub use self::scaling::ScalingJob;
 
 /// Files in the folder of a benchmark.
@@ -42,72 +40,6 @@ const RUNS_FILE: &str = "runs.jsonl";
 const MARKDOWN_FILE: &str = "table.md";
 const CSV_FILE: &str = "table.csv";
 const JSON_FILE: &str = "table.json";
-
-/// Most runs of one benchmark with the same shape and method.
-const MOST_SEEDS: u64 = 1000;
-
-#[derive(Debug, Args)]
-pub(super) struct BenchArgs {
-    /// Shapes, folders of shapes, or lists (CSV with the columns name, cloud and reference)
-    ///
-    /// Paths in a list are relative to it; an empty reference means the cloud
-    /// itself.
-    #[arg(required_unless_present = "scaling")]
-    shapes: Vec<PathBuf>,
-    /// Methods to compare
-    #[arg(long, value_delimiter = ',', default_value = "default", value_name = "A,B,…", value_parser = methods())]
-    methods: Vec<Method>,
-    /// Seeds of each method on each shape: numbers, and ranges with both ends
-    #[arg(long, default_value = "1..3", value_name = "A..B,C,…")]
-    seeds: Seeds,
-    /// Folder for the results; a benchmark that was stopped goes on from what is there
-    #[arg(short, long, value_name = "DIR", default_value = "superform-bench")]
-    output: PathBuf,
-    /// List that says what shapes that come from no list are measured against (by name)
-    #[arg(long, value_name = "CSV", conflicts_with = "scaling")]
-    reference_list: Option<PathBuf>,
-    /// Compare with the figures of another program: columns name, primitives, chamfer_l1 and iou
-    #[arg(long, value_name = "CSV", conflicts_with = "scaling")]
-    compare: Option<PathBuf>,
-    /// Number of runs side by side [default: one a core]
-    #[arg(long, value_name = "N", conflicts_with = "scaling")]
-    jobs: Option<usize>,
-    #[command(flatten)]
-    measure: MeasureArgs,
-    #[command(flatten)]
-    scaling: scaling::ScalingArgs,
-    #[command(next_help_heading = "Settings of all methods that read them")]
-    #[command(flatten)]
-    tuning: TuningArgs,
-}
-
-/// Seeds as in `1..3,7`: both ends of a range belong to it.
-#[derive(Debug, Clone, PartialEq)]
-struct Seeds(Vec<u64>);
-
-impl FromStr for Seeds {
-    type Err = String;
-
-    fn from_str(text: &str) -> Result<Self, String> {
-        let number = |t: &str| t.trim().parse::<u64>().map_err(|_| format!("“{t}” is no whole number"));
-        let mut seeds = Vec::new();
-        for part in text.split(',') {
-            match part.split_once("..") {
-                None => seeds.push(number(part)?),
-                Some((from, to)) => {
-                    let (from, to) = (number(from)?, number(to)?);
-                    if from > to || to - from >= MOST_SEEDS {
-                        return Err(format!("“{part}” is no range of 1 to {MOST_SEEDS} seeds"));
-                    }
-                    seeds.extend(from..=to);
-                }
-            }
-        }
-        seeds.sort_unstable();
-        seeds.dedup();
-        Ok(Self(seeds))
-    }
-}
 
 /// A benchmark to make.
 #[derive(Debug, Clone)]
@@ -124,44 +56,6 @@ pub struct BenchJob {
     jobs: usize,
     /// How the program was called, for the table's reader.
     command: String,
-}
-
-impl BenchArgs {
-    /// The job, with all settings within their limits.
-    pub(super) fn resolve(self) -> Result<Request, String> {
-        let sampling = self.tuning.sampling()?;
-        let mut methods: Vec<(Method, Params)> = Vec::new();
-        for method in self.methods {
-            if !methods.iter().any(|(m, _)| *m == method) {
-                methods.push((method, self.tuning.params(method)?));
-            }
-        }
-        let params: Vec<Params> = methods.iter().map(|(_, params)| *params).collect();
-        if let Some(option) = self.tuning.unread(&params) {
-            return Err(format!("none of the methods reads {option}; leave it out"));
-        }
-        let args = std::env::args_os().skip(1);
-        let command = args.fold("superform".to_owned(), |all, arg| all + " " + &arg.to_string_lossy());
-        folder_for_results(&self.output)?;
-        if self.scaling.is_wanted() {
-            let job =
-                self.scaling.resolve(self.shapes, &methods, self.seeds.0, sampling, self.output, command)?;
-            return Ok(Request::Scaling(job));
-        }
-        let cores = thread::available_parallelism().map_or(1, usize::from);
-        Ok(Request::Bench(BenchJob {
-            shapes: self.shapes,
-            reference_list: self.reference_list,
-            methods,
-            seeds: self.seeds.0,
-            points: sampling.points,
-            metrics: self.measure.resolve(MetricOptions::default().seed)?,
-            output: self.output,
-            compare: self.compare,
-            jobs: self.jobs.unwrap_or(cores).max(1),
-            command,
-        }))
-    }
 }
 
 /// A run that gave no figures.
@@ -224,7 +118,7 @@ impl BenchJob {
         bar.set_position((tasks.len() - open.len()) as u64);
         bar.reset_eta();
         let mut failures = Vec::new();
-        run_all(&open_tasks, &shapes, &self.metrics, self.jobs, cancel, |at, result| {
+        make_all(&open_tasks, &shapes, &self.metrics, self.jobs, cancel, |at, result| {
             let task = &open_tasks[at];
             let (shape, method, seed) = (&shapes[task.shape].name, task.method.name(), task.params.seed);
             match result {
@@ -323,20 +217,4 @@ struct TableFile<'a> {
     table: &'a Table,
     runs: &'a [Row],
     failures: &'a [Failure],
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn seeds_are_numbers_and_ranges_with_both_ends() {
-        let seeds = |text: &str| text.parse::<Seeds>().map(|s| s.0);
-        assert_eq!(seeds("1..3"), Ok(vec![1, 2, 3]));
-        assert_eq!(seeds("7,2..4, 3"), Ok(vec![2, 3, 4, 7]));
-        assert!(seeds("3..1").unwrap_err().contains("no range"));
-        assert!(seeds("0..18446744073709551615").unwrap_err().contains("no range"));
-        assert!(seeds("one").unwrap_err().contains("“one”"));
-        assert!(seeds("").is_err());
-    }
 }

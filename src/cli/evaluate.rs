@@ -8,7 +8,7 @@ use anyhow::Context;
 use serde::Serialize;
 
 use super::headless::{contents, length};
-use super::{fail_by, print, say};
+use super::output::{fail_by, print, say};
 use crate::geometry::metrics::{MetricOptions, Metrics, Reference, evaluate};
 use crate::io::{self, Shape, StoredPrimitives};
 

@@ -8,9 +8,8 @@ use anyhow::bail;
 use clap::{Args, ValueEnum};
 use nalgebra::Point3;
 
-use super::Request;
 use super::interrupt::until_done_or_interrupted;
-use super::say;
+use super::output::say;
 use crate::geometry::palette::Colors;
 use crate::geometry::{SampleCloud, SamplingOptions};
 use crate::inference::{Abstraction, Figures, Params, Phase, UNASSIGNED};
@@ -125,7 +124,7 @@ impl OptionArgs {
 }
 
 impl ExportArgs {
-    pub(super) fn resolve(self) -> Result<Request, String> {
+    pub(super) fn resolve(self) -> Result<ExportJob, String> {
         let options = self.options.resolve()?;
         let named = self
             .format
@@ -139,11 +138,11 @@ impl ExportArgs {
             )),
         };
         let Some(result) = self.result.filter(|_| !self.list) else {
-            return Ok(Request::Export(ExportJob::List));
+            return Ok(ExportJob::List);
         };
         let targets = self.output.into_iter().map(target).collect::<Result<Vec<_>, _>>()?;
         let (shape, index) = (self.shape, self.index);
-        Ok(Request::Export(ExportJob::Write(WriteJob { result, targets, shape, index, options })))
+        Ok(ExportJob::Write(WriteJob { result, targets, shape, index, options }))
     }
 }
 

@@ -9,7 +9,7 @@ use indicatif::{ProgressBar, ProgressStyle};
 
 use super::interrupt::until_done_or_interrupted;
 use super::job::{Finished, Stage};
-use super::say;
+use super::output::say;
 use crate::geometry::SamplingOptions;
 use crate::inference::{Cancel, Params};
 use crate::io::{self, Exported, Inputs, Outcome, Shape, ShapeGeometry};

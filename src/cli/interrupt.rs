@@ -2,7 +2,7 @@
 
 use std::process::ExitCode;
 
-use super::{fail_by, print, say};
+use super::output::{fail_by, print, say};
 use crate::inference::{Cancel, InferenceError};
 
 /// Exit status of a job that was stopped, as shells have it for Ctrl-C.

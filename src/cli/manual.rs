@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
 use anyhow::Context;
-use clap::CommandFactory;
 use clap_complete::Shell;
 
-use super::{Cli, fail_by, folder_for_results, print};
+use super::names::folder_for_results;
+use super::output::{fail_by, print};
 use crate::io;
 
 /// A text that is made from the command line's own description.
@@ -21,31 +21,31 @@ pub enum ManualJob {
 }
 
 impl ManualJob {
-    /// Does the job.
-    pub fn run(&self) -> ExitCode {
-        match self.work() {
+    /// Does the job for the command line of that description.
+    pub fn run(&self, cli: clap::Command) -> ExitCode {
+        match self.work(cli) {
             Ok(text) => print(&text),
             Err(e) => fail_by(&e),
         }
     }
 
     /// What goes to standard output.
-    fn work(&self) -> anyhow::Result<String> {
+    fn work(&self, mut cli: clap::Command) -> anyhow::Result<String> {
         match self {
             Self::Completions(shell) => {
                 let mut text = Vec::new();
-                clap_complete::generate(*shell, &mut Cli::command(), "superform", &mut text);
+                clap_complete::generate(*shell, &mut cli, "superform", &mut text);
                 Ok(String::from_utf8(text)?)
             }
-            Self::Pages(None) => Ok(String::from_utf8(page(&clap_mangen::Man::new(described()))?)?),
-            Self::Pages(Some(folder)) => write_pages(folder),
+            Self::Pages(None) => Ok(String::from_utf8(page(&clap_mangen::Man::new(described(cli)))?)?),
+            Self::Pages(Some(folder)) => write_pages(cli, folder),
         }
     }
 }
 
 /// The command line without `help`, which is said in every page.
-fn described() -> clap::Command {
-    Cli::command().disable_help_subcommand(true)
+fn described(cli: clap::Command) -> clap::Command {
+    cli.disable_help_subcommand(true)
 }
 
 fn page(man: &clap_mangen::Man) -> std::io::Result<Vec<u8>> {
@@ -55,10 +55,10 @@ fn page(man: &clap_mangen::Man) -> std::io::Result<Vec<u8>> {
 }
 
 /// Writes a page a command; returns the list of what was written.
-fn write_pages(folder: &Path) -> anyhow::Result<String> {
+fn write_pages(cli: clap::Command, folder: &Path) -> anyhow::Result<String> {
     folder_for_results(folder).map_err(anyhow::Error::msg)?;
     std::fs::create_dir_all(folder).with_context(|| format!("can't make the folder {}", folder.display()))?;
-    let mut program = described();
+    let mut program = described(cli);
     program.build();
     let commands: Vec<clap::Command> =
         program.get_subcommands().filter(|command| !command.is_hide_set()).cloned().collect();

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 
-use super::{is_folder, is_png};
+use super::names::{is_folder, is_png};
 use crate::io;
 use crate::session::camera::AxisView;
 use crate::session::scene::UpAxis;

@@ -6,8 +6,9 @@ use clap::Args;
 
 use super::batch::{BatchArgs, is_one_file};
 use super::headless::HeadlessJob;
+use super::names::folder_for_results;
+use super::request::Request;
 use super::settings::SettingsArgs;
-use super::{Request, folder_for_results};
 use crate::io::Format;
 use crate::worker::Source;
 

@@ -5,6 +5,7 @@ use std::str::FromStr;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 
+use crate::geometry::metrics::MetricOptions;
 use crate::geometry::{Isolated, SamplingOptions, Surface};
 use crate::inference::parameters::{Number, brief};
 use crate::inference::{MergeRule, Method, PARAMETERS, Parameter, Params, Setting};
@@ -317,6 +318,22 @@ impl SettingsArgs {
             }
         }
         Ok(())
+    }
+}
+
+/// How much is measured.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Measuring")]
+pub(super) struct MeasureArgs {
+    /// Samples of each of the two surfaces, and points that volumes are counted by
+    #[arg(long, value_name = "N", default_value_t = MetricOptions::default().samples)]
+    samples: usize,
+}
+
+impl MeasureArgs {
+    pub(super) fn resolve(&self, seed: u64) -> Result<MetricOptions, String> {
+        let options = MetricOptions { samples: self.samples, volume_points: self.samples, seed };
+        options.check().map(|()| options)
     }
 }
 

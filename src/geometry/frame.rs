@@ -10,20 +10,26 @@ const FARTHEST: f64 = 1e120;
 
 /// A place and a size that become 0 and 1. Far offsets and extreme units cost no
 /// precision there.
-#[derive(Debug, Clone, Copy)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Frame {
-    center: Vector3<f64>,
-    half_extent: f64,
+    pub(super) center: Vector3<f64>,
+    /// The length that becomes 1.
+    pub(super) unit: f64,
 }
 
 impl Frame {
     /// The shape's box, centred, its longest edge 2.
     pub(super) fn around(points: impl IntoIterator<Item = Point3<f64>>) -> Self {
-        let (lo, hi) = bounds(points).unwrap_or((Point3::origin(), Point3::origin()));
-        // Halved before they are added: sums near the largest number overflow.
-        let (lo, hi) = (lo.coords * 0.5, hi.coords * 0.5);
-        let half_extent = (hi - lo).max();
-        Self { center: lo + hi, half_extent: if half_extent > 0.0 { half_extent } else { 1.0 } }
+        let (center, half) = middle(points).unwrap_or_default();
+        Self { center, unit: if half > 0.0 { half } else { 1.0 } }
+    }
+
+    /// The shape's box, centred, its longest edge 1; `None` where there are no points or no
+    /// extent.
+    pub(super) fn of_edge(points: impl IntoIterator<Item = Point3<f64>>) -> Option<Self> {
+        let (center, half) = middle(points)?;
+        let unit = 2.0 * half;
+        (unit > 0.0 && unit.is_finite()).then_some(Self { center, unit })
     }
 
     /// Centred on the medians of the coordinates, in units of their median
@@ -46,19 +52,27 @@ impl Frame {
             .collect();
         let center = Vector3::from_fn(|axis, _| axes[axis].0);
         let spread = Vector3::from_fn(|axis, _| axes[axis].1);
-        let half_extent = spread.max();
-        if half_extent > 0.0 && half_extent.is_finite() {
-            Self { center, half_extent }
+        let unit = spread.max();
+        if unit > 0.0 && unit.is_finite() {
+            Self { center, unit }
         } else {
             Self::around(points.iter().copied())
         }
     }
 
     pub(super) fn local(&self, p: &Point3<f64>) -> Point3<f64> {
-        Point3::from(((p.coords - self.center) / self.half_extent).map(|c| c.clamp(-FARTHEST, FARTHEST)))
+        Point3::from(((p.coords - self.center) / self.unit).map(|c| c.clamp(-FARTHEST, FARTHEST)))
     }
 
     pub(super) fn input(&self, p: &Point3<f64>) -> Point3<f64> {
-        Point3::from(p.coords * self.half_extent + self.center)
+        Point3::from(p.coords * self.unit + self.center)
     }
+}
+
+/// The middle of a box, and half of its longest edge.
+fn middle(points: impl IntoIterator<Item = Point3<f64>>) -> Option<(Vector3<f64>, f64)> {
+    let (lo, hi) = bounds(points)?;
+    // Halved before they are added: sums near the largest number overflow.
+    let (lo, hi) = (lo.coords * 0.5, hi.coords * 0.5);
+    Some((lo + hi, (hi - lo).max()))
 }

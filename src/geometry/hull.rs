@@ -106,6 +106,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::Superquadric;
+    use crate::geometry::mesh::volume;
     use crate::geometry::tessellate::{Resolution, tessellate};
 
     /// Closed, of one piece, and no point outside.
@@ -120,15 +121,14 @@ mod tests {
         // On the grid, where it was decided: thin faces have no direction of
         // their own beyond it.
         let unit = |p: &Point3<f64>| (p - lo).component_div(&(hi - lo)).map(|t| (t * STEPS).round());
-        let mut volume = 0.0;
         for face in &faces {
             let [a, b, c] = face.map(|i| unit(&points[i as usize]));
             let normal = (b - a).cross(&(c - a)).normalize();
             let out = points.iter().map(|p| normal.dot(&(unit(p) - a))).fold(f64::MIN, f64::max);
             assert!(out < 1e-3, "a point lies {out} steps outside");
-            volume += a.dot(&b.cross(&c)) / 6.0;
         }
-        (volume * (hi - lo).product() / STEPS.powi(3), faces)
+        let units: Vec<Point3<f64>> = points.iter().map(|p| unit(p).into()).collect();
+        (volume(&units, &faces) * (hi - lo).product() / STEPS.powi(3), faces)
     }
 
     #[test]

@@ -10,6 +10,7 @@ use std::ops::ControlFlow;
 use nalgebra::{Matrix3, Point3, Vector3};
 use rayon::prelude::*;
 
+use super::forest::Forest;
 use super::frame::Frame;
 use super::morton::short_code;
 use super::neighbors::KdTree;
@@ -266,30 +267,21 @@ impl Neighborhood {
 
 /// Disjoint sets of points, which count up to where they are large.
 struct Parts {
-    parent: Vec<u32>,
+    sets: Forest,
     /// Of a root: points of its set, as far as it matters.
     size: Vec<u8>,
 }
 
 impl Parts {
     fn of(count: u32) -> Self {
-        Self { parent: (0..count).collect(), size: vec![1; count as usize] }
-    }
-
-    fn root(&mut self, mut i: u32) -> u32 {
-        while self.parent[i as usize] != i {
-            let above = self.parent[self.parent[i as usize] as usize];
-            self.parent[i as usize] = above;
-            i = above;
-        }
-        i
+        Self { sets: Forest::of(count), size: vec![1; count as usize] }
     }
 
     fn join(&mut self, i: u32, j: u32) {
-        let (i, j) = (self.root(i), self.root(j));
+        let (i, j) = (self.sets.root(i), self.sets.root(j));
         if i != j {
             let (small, large) = if self.size[i as usize] < self.size[j as usize] { (i, j) } else { (j, i) };
-            self.parent[small as usize] = large;
+            self.sets.hang(small, large);
             let sum = self.size[small as usize] + self.size[large as usize];
             self.size[large as usize] = sum.min(Self::LARGE);
         }
@@ -299,12 +291,12 @@ impl Parts {
 
     /// Marks a point's set as large.
     fn enlarge(&mut self, i: u32) {
-        let root = self.root(i);
+        let root = self.sets.root(i);
         self.size[root as usize] = Self::LARGE;
     }
 
     fn is_large(&mut self, i: u32) -> bool {
-        let root = self.root(i);
+        let root = self.sets.root(i);
         self.size[root as usize] == Self::LARGE
     }
 }

@@ -22,6 +22,9 @@ impl fmt::Debug for TriMesh {
     }
 }
 
+/// Its corners.
+pub type Triangle = [Point3<f64>; 3];
+
 /// A triangle whose height is below this part of its longest edge has no
 /// area: what is left of it is rounding.
 const FLAT: f64 = 1e-12;
@@ -29,7 +32,7 @@ const FLAT: f64 = 1e-12;
 impl TriMesh {
     /// The corners of a face, or `None` where an index is out of range or a
     /// coordinate is not finite.
-    pub fn corners(&self, face: &[u32; 3]) -> Option<[Point3<f64>; 3]> {
+    pub fn corners(&self, face: &[u32; 3]) -> Option<Triangle> {
         let corner = |i: u32| self.vertices.get(i as usize).filter(|p| p.iter().all(|c| c.is_finite()));
         Some([*corner(face[0])?, *corner(face[1])?, *corner(face[2])?])
     }
@@ -41,9 +44,15 @@ impl TriMesh {
     }
 }
 
+/// What a closed surface encloses, its faces counter-clockwise from outside.
+pub fn volume(vertices: &[Point3<f64>], faces: &[[u32; 3]]) -> f64 {
+    let at = |i: u32| vertices[i as usize].coords;
+    faces.iter().map(|&[a, b, c]| at(a).dot(&at(b).cross(&at(c))) / 6.0).sum()
+}
+
 /// Whether a triangle has an area worth the name. Scale free: edges of 1e-9
 /// and of 1e12 are judged alike.
-pub fn has_area([a, b, c]: &[Point3<f64>; 3]) -> bool {
+pub fn has_area([a, b, c]: &Triangle) -> bool {
     // Scaled first, so that squares neither vanish nor overflow.
     let longest = [b - a, c - b, a - c].iter().map(|e| e.amax()).fold(0.0, f64::max);
     if longest <= 0.0 || !longest.is_finite() {

@@ -4,6 +4,7 @@
 pub(crate) mod brief;
 pub mod cloud;
 mod elimination;
+mod forest;
 mod frame;
 pub mod hull;
 mod isolated;

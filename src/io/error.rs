@@ -6,7 +6,7 @@ use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 use super::wording::{on_reading, on_writing};
-use super::{Format, is_standard_output};
+use super::write::is_standard_output;
 
 /// The formats that can be read, for messages.
 pub(super) const FORMATS: &str =
@@ -102,9 +102,9 @@ pub enum WriteError {
     #[error("can't write {path}: {problem}", path = path.display())]
     Content { path: PathBuf, problem: String },
     #[error("can't write {path}: {format} needs a mesh, and the input is a cloud; take the segmented cloud", path = path.display())]
-    NeedsMesh { path: PathBuf, format: Format },
+    NeedsMesh { path: PathBuf, format: &'static str },
     #[error("can't write {path}: {format} needs the shape, and there are only primitives; run the shape again", path = path.display())]
-    OnlyPrimitives { path: PathBuf, format: Format },
+    OnlyPrimitives { path: PathBuf, format: &'static str },
     #[error("can't write {path}: its name tells no format; superform export --list shows those that there are", path = path.display())]
     UnknownFormat { path: PathBuf },
 }

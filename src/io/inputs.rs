@@ -4,8 +4,10 @@ use std::collections::HashMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::error::WriteError;
+use super::names::{PRIMITIVES_FILES, REPORT_FILE, SEGMENTED_FILE};
 use super::read::{buffers_beside, holds_primitives, places_of_shape};
-use super::{PRIMITIVES_FILE, REPORT_FILE, SEGMENTED_FILE, WriteError, is_standard_output};
+use super::write::is_standard_output;
 
 /// The files that a command reads: known by what they are, and not by what they
 /// are called.
@@ -32,7 +34,7 @@ impl Inputs {
             Some(folder) if holds_primitives(path) => folder,
             _ => return,
         };
-        for name in [PRIMITIVES_FILE, "primitives.npz", "primitives.csv", SEGMENTED_FILE, REPORT_FILE] {
+        for name in PRIMITIVES_FILES.into_iter().chain([SEGMENTED_FILE, REPORT_FILE]) {
             self.add(&folder.join(name));
         }
         places_of_shape(folder).iter().for_each(|path| self.add(path));

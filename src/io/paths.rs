@@ -5,8 +5,6 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
-use super::read::percent_bytes;
-
 /// Beginning of a path that is no text, and is written byte by byte.
 const URI: &str = "file:";
 
@@ -57,6 +55,27 @@ fn encoded(path: &Path) -> String {
     text
 }
 
+/// `a%20b` becomes `a b`.
+pub(super) fn percent_bytes(uri: &str) -> Vec<u8> {
+    let mut bytes = Vec::with_capacity(uri.len());
+    let mut rest = uri.as_bytes();
+    while let [first, tail @ ..] = rest {
+        let hex = |c: u8| char::from(c).to_digit(16);
+        (bytes, rest) = match (first, tail) {
+            (b'%', [high, low, tail @ ..]) if hex(*high).is_some() && hex(*low).is_some() => {
+                let byte = hex(*high).unwrap_or_default() * 16 + hex(*low).unwrap_or_default();
+                bytes.push(byte as u8);
+                (bytes, tail)
+            }
+            _ => {
+                bytes.push(*first);
+                (bytes, tail)
+            }
+        };
+    }
+    bytes
+}
+
 #[cfg(unix)]
 pub(super) fn path_of(bytes: Vec<u8>) -> PathBuf {
     use std::os::unix::ffi::OsStringExt as _;
@@ -69,15 +88,22 @@ pub(super) fn path_of(bytes: Vec<u8>) -> PathBuf {
     String::from_utf8_lossy(&bytes).into_owned().into()
 }
 
-#[cfg(all(test, unix))]
+#[cfg(test)]
 mod tests {
-    use std::ffi::OsStr;
-    use std::os::unix::ffi::OsStrExt as _;
-
     use super::*;
 
     #[test]
+    fn percent_signs_are_decoded() {
+        assert_eq!(percent_bytes("a%20b%C3%BC.bin"), "a bü.bin".as_bytes());
+        assert_eq!(percent_bytes("100%"), b"100%");
+        assert_eq!(percent_bytes("%zz%4%E4"), b"%zz%4\xe4");
+    }
+
+    #[cfg(unix)]
+    #[test]
     fn paths_come_back_with_every_byte() {
+        use std::ffi::OsStr;
+        use std::os::unix::ffi::OsStrExt as _;
         for bytes in [&b"/shapes/chair.obj"[..], b"a%20b.obj", "Stühle/ü.ply".as_bytes(), b"", b"file:x"] {
             let path = PathBuf::from(OsStr::from_bytes(bytes));
             let text = serde_json::to_string(&StoredPath(path.clone())).unwrap();

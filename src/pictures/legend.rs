@@ -2,9 +2,9 @@
 
 use image::RgbaImage;
 
+use super::blending::blend;
 use super::lettering::{Lettering, Line};
-use super::painter::Theme;
-use super::sheet::blend;
+use super::theme::Theme;
 use crate::render::colormap::viridis;
 
 /// Logical pixels.

@@ -7,7 +7,7 @@ use egui::text::{FontDefinitions, LayoutJob, TextWrapping};
 use egui::{Color32, FontFamily};
 use image::RgbaImage;
 
-use super::sheet::blend;
+use super::blending::blend;
 
 /// Writes lines of text.
 pub(super) struct Lettering {

@@ -8,6 +8,7 @@ use super::framing;
 use super::legend::{self, Legend};
 use super::lettering::Lettering;
 use super::subject::Subject;
+use super::theme::Theme;
 use crate::geometry::metrics::Nearest;
 use crate::geometry::palette::UNASSIGNED_COLOR;
 use crate::inference::Abstraction;
@@ -15,7 +16,7 @@ use crate::io::ShapeGeometry;
 use crate::render::colormap::viridis;
 use crate::render::{
     Background, Highlight, InputStyle, Offscreen, OffscreenError, PrimitiveInstance, RenderOptions,
-    SceneTheme, SurfacePaint,
+    SurfacePaint,
 };
 use crate::session::camera::Camera;
 use crate::session::scalar::{Scalar, SurfaceScalar, nearest_distances, own_distances, surface_distances};
@@ -25,47 +26,6 @@ use crate::session::view::{ColorBy, Layer, View};
 /// Height in pixels at which points, lines and text are as large as in the
 /// window.
 const HEIGHT: f32 = 800.0;
-
-/// Colours of what is not data.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub enum Theme {
-    #[default]
-    Dark,
-    Light,
-}
-
-impl Theme {
-    pub(super) fn scene(self) -> SceneTheme {
-        match self {
-            Self::Dark => SceneTheme::dark(),
-            Self::Light => SceneTheme::light(),
-        }
-    }
-
-    /// Of text, and of what goes with it.
-    pub(super) fn ink(self) -> [u8; 3] {
-        match self {
-            Self::Dark => [222, 227, 234],
-            Self::Light => [32, 38, 46],
-        }
-    }
-
-    /// Of text that is less important.
-    pub(super) fn weak(self) -> [u8; 3] {
-        match self {
-            Self::Dark => [148, 156, 168],
-            Self::Light => [94, 102, 114],
-        }
-    }
-
-    /// Of text about what went wrong.
-    pub(super) fn error(self) -> [u8; 3] {
-        match self {
-            Self::Dark => [240, 108, 96],
-            Self::Light => [190, 44, 36],
-        }
-    }
-}
 
 /// Draws without a display.
 #[derive(Debug)]

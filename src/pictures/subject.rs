@@ -12,7 +12,7 @@ use crate::geometry::{SampleCloud, SampledPart, SamplingOptions, TriMesh};
 use crate::inference::{
     Abstraction, Algorithm, Cancel, Figures as StateFigures, Params, Phase, Primitive, Run,
 };
-use crate::io::{self, FoundAs, OpenedResult, ReadError, Shape, ShapeGeometry, StoredPrimitives};
+use crate::io::{self, FoundAs, Opened, OpenedResult, ReadError, Shape, ShapeGeometry, StoredPrimitives};
 use crate::project::{self, OpenError};
 use crate::session::camera::Camera;
 use crate::session::scene::{SceneFromInput, UpAxis, shown_points};
@@ -72,12 +72,10 @@ impl Subject {
     /// # Errors
     /// Where it can't be read, and where there is nothing in it to see.
     pub fn read(path: &Path) -> Result<Self, SubjectError> {
-        let subject = if io::has_session_ending(path) && path.is_file() {
-            Self::of_session(path)?
-        } else if path.is_dir() || io::holds_primitives(path) {
-            Self::of_result(io::open_result(io::read_primitives(path)?, None)?)
-        } else {
-            Self::of_shape(io::read(path)?)
+        let subject = match io::open(path)? {
+            Opened::Session(path) => Self::of_session(&path)?,
+            Opened::Result(result) => Self::of_result(*result),
+            Opened::Shape(shape) => Self::of_shape(shape),
         };
         let has_primitives = subject.primitives().iter().any(|p| p.shape.is_valid());
         if subject.extent().is_empty() && !has_primitives {

@@ -221,7 +221,7 @@ fn read_header(input: &mut impl Read, path: &Path) -> Result<(), OpenError> {
     let format = u16::from_le_bytes([header[14], header[15]]);
     if format > VERSION {
         let program = String::from_utf8_lossy(&header[PROGRAM]).trim_end_matches('\0').to_owned();
-        return Err(OpenError::TooNew { path: path.to_owned(), format, program });
+        return Err(OpenError::TooNew { path: path.to_owned(), format, newest: VERSION, program });
     }
     // Format 1 is the oldest.
     if format == 0 { Err(damaged("it has no format")) } else { Ok(()) }

@@ -2,7 +2,6 @@
 
 use std::path::PathBuf;
 
-use super::container::VERSION;
 use crate::io::on_reading;
 
 /// Why a session can't be opened. The present session stays as it is.
@@ -20,10 +19,10 @@ pub enum OpenError {
     NotASession { path: PathBuf },
     #[error(
         "{path} is a session of format {format}, written by Superform {program}, and this is Superform {this}, \
-         which reads formats up to {VERSION}; open it with Superform {program} or later",
+         which reads formats up to {newest}; open it with Superform {program} or later",
         path = path.display(), this = env!("CARGO_PKG_VERSION"),
     )]
-    TooNew { path: PathBuf, format: u16, program: String },
+    TooNew { path: PathBuf, format: u16, newest: u16, program: String },
     #[error("{path} is damaged at byte {byte}: {problem}; nothing of it can be opened, go back to a copy of it", path = path.display())]
     Damaged { path: PathBuf, byte: u64, problem: String },
 }

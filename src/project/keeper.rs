@@ -10,10 +10,11 @@ use super::folder::{Claim, last_session};
 use super::journal::Journal;
 use super::reading::{self, Opened};
 use super::saving::save;
+use crate::io::caught;
 use crate::io::cause;
 use crate::session::keeping::Found;
 use crate::session::workspace::Workspace;
-use crate::worker::{Outbox, caught};
+use crate::worker::Outbox;
 
 /// Orders and events on their way between the threads.
 const ORDERS: usize = 64;

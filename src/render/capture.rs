@@ -2,8 +2,8 @@
 
 use std::sync::mpsc::{Receiver, TryRecvError, sync_channel};
 
+use super::error::OffscreenError;
 use super::frame::Frame;
-use super::offscreen::OffscreenError;
 use super::renderer::Renderer;
 
 /// A picture on its way from the device.

@@ -21,6 +21,7 @@ mod blit;
 mod capture;
 pub mod colormap;
 mod composite;
+mod error;
 mod frame;
 mod gpu;
 mod grid;
@@ -35,11 +36,12 @@ mod renderer;
 mod surfaces;
 
 pub use capture::Capture;
+pub use error::OffscreenError;
 pub use frame::{
     Background, CameraMatrices, Frame, Grid, Highlight, InputStyle, Layers, LineSegment, PrimitiveInstance,
     Ray, SceneTheme, SurfacePaint, SurfaceStyle,
 };
-pub use offscreen::{Offscreen, OffscreenError};
+pub use offscreen::Offscreen;
 pub use picking::{Pick, PickId, PickScene};
 pub use point_index::PointIndex;
 pub use region::Region;

@@ -1,10 +1,11 @@
 //! Work that a frame must not wait for, on threads of its own.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, LazyLock, OnceLock};
 
 use egui::Context;
 use rayon::ThreadPool;
+
+use crate::io::caught;
 
 /// Half of the cores: what is drawn and what is sampled have theirs. `None`
 /// where the operating system gives no threads.
@@ -83,7 +84,7 @@ impl<K: Clone + PartialEq, T: Send + Sync + 'static> Background<K, T> {
 
 /// What the work gives; nothing where it panics, which is logged.
 fn guarded<T>(work: impl FnOnce() -> T) -> Option<Arc<T>> {
-    let result = catch_unwind(AssertUnwindSafe(work));
+    let result = caught(work);
     if result.is_err() {
         tracing::error!("the program made a mistake in the background; please report this, with the shape");
     }

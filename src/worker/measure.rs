@@ -9,11 +9,10 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use super::protocol::{Event, Helper, Measurement, Snapshot, State};
 use super::source;
-use super::trouble::caught;
 use super::{Told, Wake};
 use crate::geometry::Superquadric;
 use crate::geometry::metrics::{Metrics, Reference, estimate_chamfer, evaluate};
-use crate::io::Shape;
+use crate::io::{Shape, caught};
 
 /// Points of each surface by which a state is estimated: enough for an error of
 /// about one percent.

@@ -12,6 +12,7 @@ use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use crate::inference::{Cancel, Run};
+use crate::io::caught;
 
 mod engine;
 mod machine;
@@ -33,7 +34,6 @@ pub use protocol::{
     SamplingOptions, SeedNews, SeedRequest, SeedRun, Setup, Snapshot, Source, State,
 };
 pub use trouble::FAULT;
-pub(crate) use trouble::caught;
 
 /// Commands that may wait for a busy worker before they wait at the sender.
 const COMMAND_CAPACITY: usize = 64;
@@ -93,7 +93,7 @@ fn start<M: Machine>(wake: Arc<Wake>) -> std::io::Result<Started> {
                 Engine::<M>::new(incoming, outgoing, wake).run();
             }
         };
-        if let Err(error) = trouble::caught(run) {
+        if let Err(error) = caught(run) {
             // Fails only where the owner is gone.
             let _ = last.send((u64::MAX, Event::Ended { who: Helper::Sampler, error }));
             woken();

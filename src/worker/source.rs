@@ -7,22 +7,13 @@ use super::protocol::{ExportRequest, SamplingOptions, Source, State};
 use crate::geometry::SampleCloud;
 use crate::geometry::metrics::{MetricOptions, Reference};
 use crate::inference::Edit;
-use crate::io::{self, OpenedResult, Outcome, Shape};
-
-/// What a file comes to.
-pub(super) enum Found {
-    Shape(Shape),
-    Result(Box<OpenedResult>),
-}
+use crate::io::{self, Opened, Outcome, Shape};
 
 /// Reads the shape, or the primitives with the shape that they stand for.
-pub(super) fn read(source: &Source) -> Result<Found, String> {
+pub(super) fn read(source: &Source) -> Result<Opened, String> {
     match source {
-        Source::File(path) if io::holds_primitives(path) => io::read_primitives(path)
-            .and_then(|stored| io::open_result(stored, None))
-            .map(|result| Found::Result(Box::new(result))),
-        Source::File(path) => io::read(path).map(Found::Shape),
-        Source::BuiltIn => io::built_in().map(Found::Shape),
+        Source::File(path) => io::open(path),
+        Source::BuiltIn => io::built_in().map(Opened::Shape),
     }
     .map_err(|error| chain(&error))
 }

@@ -1,9 +1,8 @@
 //! How work in the engine ends early, and how that is said.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
-
 use super::source;
 use crate::inference::InferenceError;
+use crate::io::caught;
 
 /// Something that a person has to be told.
 #[derive(Debug)]
@@ -38,13 +37,4 @@ pub const FAULT: &str = "The sampler stopped at an unexpected fault";
 /// Runs `work`, and turns a panic into trouble that can be reported.
 pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
     caught(work).unwrap_or_else(|message| Err(Stop::trouble(FAULT, message)))
-}
-
-/// Runs `work`; what a panic in it says.
-pub(crate) fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
-    catch_unwind(AssertUnwindSafe(work)).map_err(|payload| {
-        let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
-        let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
-        text.unwrap_or_else(|| "it gave no message".to_owned())
-    })
 }

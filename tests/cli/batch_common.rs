@@ -3,36 +3,14 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+
+pub(crate) use crate::process::{done, program, superform, text};
 
 /// Settings that make a run short.
 pub(crate) const QUICK: [&str; 6] = ["--points", "200", "--iterations", "2", "--clusters", "4"];
 
 /// The files of a job that depend on nothing but its input and settings.
 pub(crate) const RESULTS: [&str; 2] = ["primitives.json", "segmented.ply"];
-
-/// The program, in `folder`.
-pub(crate) fn program(folder: &Path, args: &[&str]) -> Command {
-    let mut command = Command::new(env!("CARGO_BIN_EXE_superform"));
-    command.args(args).current_dir(folder).env_remove("RUST_LOG");
-    command
-}
-
-/// Runs the program in `folder`.
-pub(crate) fn superform(folder: &Path, args: &[&str]) -> Output {
-    program(folder, args).output().unwrap()
-}
-
-/// Runs it, and it must go well; gives what it says.
-pub(crate) fn done(folder: &Path, args: &[&str]) -> (String, String) {
-    let output = superform(folder, args);
-    assert!(output.status.success(), "{args:?}: {}", text(&output.stderr));
-    (text(&output.stdout), text(&output.stderr))
-}
-
-pub(crate) fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
-}
 
 /// A cloud of points on a box, a little different for each number.
 pub(crate) fn write_box(path: &Path, number: usize) {

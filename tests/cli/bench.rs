@@ -4,24 +4,14 @@ use std::fs;
 use std::path::Path;
 use std::process::{Command, Output};
 
+use crate::process::{superform, text};
 use serde_json::Value;
 
 /// Settings that make a run short.
 const QUICK: [&str; 8] = ["--points", "300", "--iterations", "2", "--clusters", "5", "--samples", "20000"];
 
 fn bench(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_superform"))
-        .arg("bench")
-        .args(args)
-        .args(QUICK)
-        .current_dir(folder)
-        .env_remove("RUST_LOG")
-        .output()
-        .unwrap()
-}
-
-fn text(bytes: &[u8]) -> String {
-    String::from_utf8(bytes.to_vec()).unwrap()
+    superform(folder, &[&["bench"], args, &QUICK[..]].concat())
 }
 
 /// Two chairs, one as a cloud with the mesh as its reference, and a list.

@@ -3,8 +3,9 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::process::{Command, Output};
+use std::process::Output;
 
+use crate::process;
 use nalgebra::{Point3, Rotation3, Vector3};
 use serde_json::{Value, json};
 use superform::geometry::metrics::{MetricOptions, Metrics, evaluate};
@@ -121,7 +122,7 @@ fn what_is_no_file_of_primitives_is_refused_with_the_place() {
 }
 
 fn superform(args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_superform")).args(args).env_remove("RUST_LOG").output().unwrap()
+    process::superform(Path::new("."), args)
 }
 
 #[test]

@@ -1,23 +1,12 @@
 //! The command `export`, and `run --export`: what the names say is written.
 
 use std::path::Path;
-use std::process::{Command, Output};
 
+use crate::process::{done, superform};
 use superform::io::{self, Format};
 
-fn superform(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_superform"))
-        .args(args)
-        .current_dir(folder)
-        .env_remove("RUST_LOG")
-        .output()
-        .unwrap()
-}
-
 fn ok(folder: &Path, args: &[&str]) -> String {
-    let output = superform(folder, args);
-    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+    done(folder, args).0
 }
 
 fn refused(folder: &Path, args: &[&str], code: i32) -> String {

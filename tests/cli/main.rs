@@ -4,6 +4,8 @@
 
 #[path = "../common/needs.rs"]
 mod needs;
+#[path = "../common/program.rs"]
+mod process;
 
 mod batch;
 mod batch_common;

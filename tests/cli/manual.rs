@@ -1,16 +1,16 @@
 //! Completions and manual pages know every command and option.
 
 use std::fs;
+use std::path::Path;
 use std::process::Command;
 
 use crate::needs::skipped;
+use crate::process::done;
 use clap::CommandFactory as _;
 use superform::cli::Cli;
 
 fn superform(args: &[&str]) -> String {
-    let output = Command::new(env!("CARGO_BIN_EXE_superform")).args(args).output().unwrap();
-    assert!(output.status.success(), "{args:?}: {}", String::from_utf8_lossy(&output.stderr));
-    String::from_utf8(output.stdout).unwrap()
+    done(Path::new("."), args).0
 }
 
 /// Each command with its long options.

@@ -2,28 +2,8 @@
 //! Vulkan or GL driver (Mesa's lavapipe will do); without one they are skipped,
 //! or fail if SUPERFORM_REQUIRE_GPU=1.
 
-use std::path::Path;
-use std::process::{Command, Output};
-
-/// Runs the program in `folder`, where there is no display.
-fn superform(folder: &Path, args: &[&str]) -> Output {
-    Command::new(env!("CARGO_BIN_EXE_superform"))
-        .args(args)
-        .current_dir(folder)
-        .env_remove("DISPLAY")
-        .env_remove("WAYLAND_DISPLAY")
-        .env_remove("WAYLAND_SOCKET")
-        .env_remove("RUST_LOG")
-        // Drivers must not complain of that.
-        .env_remove("XDG_RUNTIME_DIR")
-        .env_remove("NODEVICE_SELECT")
-        .output()
-        .unwrap()
-}
-
-fn stderr(output: &Output) -> String {
-    String::from_utf8(output.stderr.clone()).unwrap()
-}
+#[cfg(not(feature = "window"))]
+use crate::process::{stderr, superform};
 
 #[cfg(not(feature = "window"))]
 #[test]
@@ -42,8 +22,8 @@ mod drawn {
     use image::{Rgba, RgbaImage};
     use superform::pictures::Painter;
 
-    use super::{stderr, superform};
     use crate::needs::drawn;
+    use crate::process::{stderr, superform};
 
     /// Whether pictures can be drawn here.
     fn can_draw() -> bool {

@@ -7,6 +7,8 @@ mod common;
 mod formats;
 #[path = "../common/needs.rs"]
 mod needs;
+#[path = "../common/outcome.rs"]
+mod outcome;
 
 mod arrays;
 mod clouds;

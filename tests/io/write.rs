@@ -3,67 +3,26 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 
 use crate::common::{cloud, read_as};
+use crate::outcome::{Run, names};
 use nalgebra::{Point3, Rotation3, Vector3};
 use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{DefaultElement, Property};
-use superform::geometry::palette::{Colors, UNASSIGNED_COLOR, color_of};
-use superform::geometry::{SampleCloud, SamplingOptions, Superquadric};
-use superform::inference::{Abstraction, Figures, MergeReport, Params, Phase, Primitive, UNASSIGNED};
+use superform::geometry::Superquadric;
+use superform::geometry::palette::{UNASSIGNED_COLOR, color_of};
+use superform::inference::{MergeReport, UNASSIGNED};
 use superform::io::{self, Outcome, PhaseTimes, RunRecord, Shape};
 
-/// A finished run on a shape, with its points dealt to two primitives in
-/// turn, every third to none.
-struct Run {
-    colors: Colors,
-    shape: Shape,
-    cloud: SampleCloud,
-    params: Params,
-    abstraction: Abstraction,
-}
-
-impl Run {
-    fn on(shape: Shape, points: usize) -> Self {
-        let cloud = io::sample(&shape, &SamplingOptions { points, ..SamplingOptions::default() }).unwrap();
-        let labels: Arc<[u32]> = (0..cloud.points.len()).map(|i| [4, 11, UNASSIGNED][i % 3]).collect();
-        let primitive = |id: u32| Primitive {
-            id,
-            shape: Superquadric {
-                exponents: [0.1, 1.0 / 3.0],
-                semi_axes: Vector3::new(1e-9, 2.0, 3e12),
-                rotation: Rotation3::from_euler_angles(0.3, -1.2, 2.0),
-                translation: Vector3::new(-1.5, 0.1, 1e7),
-                taper: [-0.25, 0.5],
-            },
-            sigma: 0.125,
-            points: labels.iter().filter(|&&l| l == id).count(),
-            mean_distance: 0.01,
-            locked: false,
-        };
-        let unassigned = labels.iter().filter(|&&l| l == UNASSIGNED).count();
-        let abstraction = Abstraction {
-            phase: Phase::Finished,
-            iteration: 2,
-            primitives: [4, 11].map(primitive).into(),
-            figures: Figures { clusters: 2, unassigned, mean_distance: 0.01, log_joint: None },
-            pinned: [].into(),
-            labels,
-        };
-        Self { shape, cloud, params: Params::default(), abstraction, colors: Colors::default() }
-    }
-
-    fn outcome(&self) -> Outcome<'_> {
-        Outcome {
-            colors: &self.colors,
-            shape: &self.shape,
-            cloud: &self.cloud,
-            sampling: SamplingOptions::default(),
-            params: &self.params,
-            abstraction: &self.abstraction,
-        }
-    }
+/// Points dealt to two primitives in turn, every third to none.
+fn run_on(shape: Shape, points: usize) -> Run {
+    Run::on(shape, points, &[4, 11, UNASSIGNED], |_| Superquadric {
+        exponents: [0.1, 1.0 / 3.0],
+        semi_axes: Vector3::new(1e-9, 2.0, 3e12),
+        rotation: Rotation3::from_euler_angles(0.3, -1.2, 2.0),
+        translation: Vector3::new(-1.5, 0.1, 1e7),
+        taper: [-0.25, 0.5],
+    })
 }
 
 fn cloud_run() -> Run {
@@ -76,16 +35,7 @@ fn cloud_run() -> Run {
             }
         })
         .collect();
-    Run::on(read_as("grid.xyz", text).unwrap(), 12)
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let mut names: Vec<String> = fs::read_dir(folder)
-        .unwrap()
-        .map(|f| f.unwrap().file_name().to_string_lossy().into_owned())
-        .collect();
-    names.sort();
-    names
+    run_on(read_as("grid.xyz", text).unwrap(), 12)
 }
 
 #[test]
@@ -126,7 +76,7 @@ fn the_segmented_cloud_holds_every_input_point_in_order() {
 
 #[test]
 fn for_a_mesh_the_samples_are_the_segmented_cloud() {
-    let run = Run::on(io::built_in().unwrap(), 200);
+    let run = run_on(io::built_in().unwrap(), 200);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("segmented.ply");
     io::write_segmented_ply(&path, &run.outcome()).unwrap();
@@ -238,7 +188,7 @@ fn a_run_is_written_whole_or_not_at_all() {
 
 #[test]
 fn labels_of_another_cloud_are_refused() {
-    let run = Run::on(io::built_in().unwrap(), 200);
+    let run = run_on(io::built_in().unwrap(), 200);
     let other = cloud_run();
     let outcome = Outcome { cloud: &other.cloud, abstraction: &other.abstraction, ..run.outcome() };
     let folder = tempfile::tempdir().unwrap();
@@ -263,7 +213,7 @@ fn results_can_be_read_by_whom_the_umask_lets() {
 #[test]
 fn points_at_any_scale_survive_the_round_trip() {
     let text = "1e-300 -1e300 0.1\n450000.123456789 5400000.1 -0.0\n5e-324 1 2\n";
-    let run = Run::on(read_as("odd.xyz", text).unwrap(), 10);
+    let run = run_on(read_as("odd.xyz", text).unwrap(), 10);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.ply");
     io::write_segmented_ply(&path, &run.outcome()).unwrap();
@@ -274,7 +224,7 @@ fn points_at_any_scale_survive_the_round_trip() {
 
 #[test]
 fn primitives_are_read_as_they_were_written() {
-    let run = Run::on(io::built_in().unwrap(), 300);
+    let run = run_on(io::built_in().unwrap(), 300);
     let folder = tempfile::tempdir().unwrap();
     io::write_run(folder.path(), &[], &run.outcome(), &RunRecord::default()).unwrap();
     let back = io::read_primitives(folder.path()).unwrap();

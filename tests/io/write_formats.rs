@@ -3,64 +3,24 @@
 
 use std::fs;
 use std::path::Path;
-use std::sync::Arc;
 
 use crate::common::{cloud, read_as};
+use crate::outcome::{Run, names};
 use nalgebra::{Rotation3, Vector3};
+use superform::geometry::Superquadric;
 use superform::geometry::palette::Colors;
-use superform::geometry::{SampleCloud, SamplingOptions, Superquadric};
-use superform::inference::{Abstraction, Figures, Params, Phase, Primitive, UNASSIGNED};
-use superform::io::{self, ExportOptions, Format, Kind, Outcome, Shape};
+use superform::inference::UNASSIGNED;
+use superform::io::{self, ExportOptions, Format, Kind, Shape};
 
-/// A finished run whose samples are dealt to three primitives and none in turn.
-struct Run {
-    colors: Colors,
-    shape: Shape,
-    cloud: SampleCloud,
-    params: Params,
-    abstraction: Abstraction,
-}
-
-impl Run {
-    fn on(shape: Shape, points: usize) -> Self {
-        let cloud = io::sample(&shape, &SamplingOptions { points, ..SamplingOptions::default() }).unwrap();
-        let labels: Arc<[u32]> = (0..cloud.points.len()).map(|i| [4, 0, UNASSIGNED, 11][i % 4]).collect();
-        let primitive = |id: u32| Primitive {
-            id,
-            shape: Superquadric {
-                exponents: [0.1 + f64::from(id) / 10.0, 1.0 / 3.0],
-                semi_axes: Vector3::new(0.25, 2.0, 1.0 + f64::from(id)),
-                rotation: Rotation3::from_euler_angles(0.3, -1.2, f64::from(id)),
-                translation: Vector3::new(-1.5, 0.1, 1e3),
-                taper: [-0.25, 0.5],
-            },
-            sigma: 0.125,
-            points: labels.iter().filter(|&&l| l == id).count(),
-            mean_distance: 0.01,
-            locked: false,
-        };
-        let unassigned = labels.iter().filter(|&&l| l == UNASSIGNED).count();
-        let abstraction = Abstraction {
-            phase: Phase::Finished,
-            iteration: 2,
-            primitives: [4, 0, 11].map(primitive).into(),
-            figures: Figures { clusters: 3, unassigned, mean_distance: 0.01, log_joint: None },
-            pinned: [].into(),
-            labels,
-        };
-        Self { shape, cloud, params: Params::default(), abstraction, colors: Colors::default() }
-    }
-
-    fn outcome(&self) -> Outcome<'_> {
-        Outcome {
-            colors: &self.colors,
-            shape: &self.shape,
-            cloud: &self.cloud,
-            sampling: SamplingOptions::default(),
-            params: &self.params,
-            abstraction: &self.abstraction,
-        }
-    }
+/// Samples dealt to three primitives and none in turn.
+fn run_on(shape: Shape, points: usize) -> Run {
+    Run::on(shape, points, &[4, 0, UNASSIGNED, 11], |id| Superquadric {
+        exponents: [0.1 + f64::from(id) / 10.0, 1.0 / 3.0],
+        semi_axes: Vector3::new(0.25, 2.0, 1.0 + f64::from(id)),
+        rotation: Rotation3::from_euler_angles(0.3, -1.2, f64::from(id)),
+        translation: Vector3::new(-1.5, 0.1, 1e3),
+        taper: [-0.25, 0.5],
+    })
 }
 
 fn cloud_run() -> Run {
@@ -73,20 +33,12 @@ fn cloud_run() -> Run {
             }
         })
         .collect();
-    Run::on(read_as("grid.xyz", text).unwrap(), 120)
-}
-
-fn names(folder: &Path) -> Vec<String> {
-    let entries = fs::read_dir(folder).unwrap();
-    let mut names: Vec<String> =
-        entries.map(|f| f.unwrap().file_name().to_string_lossy().into_owned()).collect();
-    names.sort();
-    names
+    run_on(read_as("grid.xyz", text).unwrap(), 120)
 }
 
 #[test]
 fn every_format_is_written_and_about_as_large_as_was_said() {
-    let runs = [cloud_run(), Run::on(io::built_in().unwrap(), 2000)];
+    let runs = [cloud_run(), run_on(io::built_in().unwrap(), 2000)];
     for format in Format::ALL {
         for (run, is_mesh) in runs.iter().zip([false, true]) {
             for binary in [true, false] {

@@ -1,25 +1,25 @@
-//! Who may depend on whom, as the table in `src/lib.rs` has it.
+//! Who may depend on whom: modules as the table in `src/lib.rs` has it, files within a
+//! module in no circle.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Each module with those that it may use. `main.rs` may use all.
-const ALLOWED: [(&str, &[&str]); 11] = [
-    ("geometry", &[]),
-    ("inference", &["geometry"]),
-    ("io", &["geometry", "inference"]),
-    ("worker", &["inference", "io", "geometry"]),
-    ("session", &["worker", "inference", "io", "geometry"]),
-    ("project", &["session", "worker", "inference", "io", "geometry"]),
-    ("render", &["geometry"]),
-    ("pictures", &["project", "session", "render", "worker", "inference", "io", "geometry"]),
-    ("ui", &["pictures", "session", "render", "worker", "inference", "io", "geometry"]),
-    ("cli", &["pictures", "session", "inference", "io", "worker", "geometry"]),
-    (
-        "app",
-        &["ui", "pictures", "project", "session", "render", "worker", "inference", "io", "geometry", "cli"],
-    ),
+use crate::code::{Crate, Source, names_crate};
+
+/// Modules whose files are still entangled, so that nothing is said of them. Whoever
+/// disentangles one takes it off.
+const ENTANGLED: [&str; 5] = [
+    // Steps and merges are implemented on the state that they are declared beside.
+    "inference",
+    // The engine and what it renews are two halves of one type.
+    "worker",
+    // Each part is a field of `Session`, and has methods of `Session`.
+    "session",
+    // Views know the widgets of those that they stand beside.
+    "ui",
+    // `App` and what it keeps.
+    "app",
 ];
 
 /// Crates that only some places may name, by the start of the path below src.
@@ -31,120 +31,69 @@ const CRATES: [(&[&str], &[&str]); 2] = [
 /// The one file that writes to standard output, where what gets lost is noticed.
 const STANDARD_OUTPUT: &str = "io/write/standard.rs";
 
-/// All Rust files below a folder.
-fn sources(folder: &Path, found: &mut Vec<PathBuf>) {
-    for entry in fs::read_dir(folder).unwrap() {
-        let path = entry.unwrap().path();
-        if path.is_dir() {
-            sources(&path, found);
-        } else if path.extension().is_some_and(|e| e == "rs") {
-            found.push(path);
+/// Each module with those that it may use, as the documentation has it.
+fn allowed(documentation: &str) -> BTreeMap<String, BTreeSet<String>> {
+    let names = |cell: &str| -> Vec<String> {
+        let marked = cell.split('`').skip(1).step_by(2);
+        marked.filter_map(|name| name.split("::").next()).map(str::to_owned).collect()
+    };
+    let rows = documentation.lines().filter_map(|line| {
+        let cells: Vec<&str> = line.strip_prefix("//! | ")?.split('|').collect();
+        Some((names(cells[0]).pop()?, cells.get(2).copied()?))
+    });
+    let rows: Vec<(String, &str)> = rows.collect();
+    let mut table: BTreeMap<String, BTreeSet<String>> = BTreeMap::new();
+    for (module, cell) in &rows {
+        let mut may = BTreeSet::new();
+        if cell.trim() == "all" {
+            may.extend(rows.iter().map(|(other, _)| other.clone()));
         }
-    }
-}
-
-/// The code without comments and strings, so that only real paths are seen.
-fn code(text: &str) -> String {
-    let mut out = String::new();
-    for line in text.lines() {
-        let mut in_string = false;
-        let mut before = ' ';
-        let mut chars = line.chars().peekable();
-        while let Some(c) = chars.next() {
-            match c {
-                '"' if before != '\\' && before != '\'' => in_string = !in_string,
-                '/' if !in_string && chars.peek() == Some(&'/') => break,
-                _ if !in_string => out.push(c),
-                _ => {}
+        for name in names(cell) {
+            // Those that others use stand above them.
+            if cell.contains("what it uses") || cell.contains("what they use") {
+                may.extend(table.get(&name).into_iter().flatten().cloned());
             }
-            before = if c == '\\' && before == '\\' { ' ' } else { c };
+            may.insert(name);
         }
-        out.push('\n');
+        table.insert(module.clone(), may);
     }
-    out
+    table
 }
 
-fn is_word(c: char) -> bool {
-    c.is_alphanumeric() || c == '_'
-}
-
-/// First segments after each `crate::`, also of a group in braces.
-fn modules_used(code: &str) -> BTreeSet<String> {
-    let word = |text: &str| text.chars().take_while(|c| is_word(*c)).collect::<String>();
-    let mut found = BTreeSet::new();
-    for (at, _) in code.match_indices("crate::") {
-        if code[..at].chars().next_back().is_some_and(is_word) {
-            continue;
-        }
-        let rest = &code[at + "crate::".len()..];
-        let Some(group) = rest.strip_prefix('{') else {
-            found.insert(word(rest));
-            continue;
-        };
-        let (mut depth, mut start) = (0, true);
-        for (i, c) in group.char_indices() {
-            match c {
-                '{' => depth += 1,
-                '}' if depth == 0 => break,
-                '}' => depth -= 1,
-                ',' if depth == 0 => start = true,
-                _ if start && is_word(c) => {
-                    found.insert(word(&group[i..]));
-                    start = false;
-                }
-                _ => {}
-            }
-        }
-    }
-    found
-}
-
-/// Crates that are named as the start of a path.
-fn names_crate(code: &str, name: &str) -> bool {
-    code.match_indices(name).any(|(at, _)| {
-        let before = code[..at].chars().next_back();
-        let after = &code[at + name.len()..];
-        let starts = !before.is_some_and(|c| is_word(c) || c == ':' || c == '.');
-        let used = code[..at].trim_end().ends_with("use") && after.starts_with([';', ' ']);
-        starts && (after.starts_with("::") || used)
-    })
+fn root() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("src")
 }
 
 #[test]
 fn modules_depend_only_on_what_the_table_allows() {
-    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
-    let mut files = Vec::new();
-    sources(&root, &mut files);
-    assert!(files.len() > 20, "only {} files below {}", files.len(), root.display());
+    let all = Crate::read(&root());
+    assert!(all.sources.len() > 20, "only {} files below {}", all.sources.len(), root().display());
+    let table = allowed(&fs::read_to_string(root().join("lib.rs")).unwrap());
     let mut faults = Vec::new();
-    for path in files {
-        let name = path.strip_prefix(&root).unwrap().to_string_lossy().replace('\\', "/");
-        let module = name.split('/').next().unwrap().trim_end_matches(".rs");
-        let code = code(&fs::read_to_string(&path).unwrap());
+    for (module, Source { name, tokens }) in &all.sources {
         for (crates, places) in CRATES {
-            for used in crates.iter().filter(|c| names_crate(&code, c)) {
+            for used in crates.iter().filter(|c| names_crate(tokens, c)) {
                 if !places.iter().any(|p| name.starts_with(p)) {
                     faults.push(format!("{name} names {used}, which belongs to {places:?}"));
                 }
             }
         }
-        if name != STANDARD_OUTPUT {
-            for way in ["stdout()", "print!(", "println!("] {
-                if code.match_indices(way).any(|(at, _)| !code[..at].ends_with('e')) {
-                    faults.push(format!("{name} uses {way}, which is for {STANDARD_OUTPUT}"));
-                }
-            }
+        let prints = |way: &&[&str; 2]| tokens.windows(2).any(|pair| pair == way.as_slice());
+        let ways = [["stdout", "("], ["print", "!"], ["println", "!"]];
+        if let Some(way) = ways.iter().find(|way| name != STANDARD_OUTPUT && prints(way)) {
+            faults.push(format!("{name} uses {}, which is for {STANDARD_OUTPUT}", way.concat()));
         }
-        if ["main", "lib"].contains(&module) {
+        let top = module[0].as_str();
+        if ["main", "lib"].contains(&top) {
             continue;
         }
-        let Some((_, allowed)) = ALLOWED.iter().find(|(m, _)| *m == module) else {
+        let Some(allowed) = table.get(top) else {
             faults.push(format!("{name} is in no module of the table"));
             continue;
         };
-        for used in modules_used(&code) {
-            if used != module && !allowed.contains(&used.as_str()) {
-                faults.push(format!("{name} uses crate::{used}, which {module} may not"));
+        for used in all.named(module).filter_map(|path| path.into_iter().next()) {
+            if used != top && table.contains_key(&used) && !allowed.contains(&used) {
+                faults.push(format!("{name} uses crate::{used}, which {top} may not"));
             }
         }
     }
@@ -152,27 +101,27 @@ fn modules_depend_only_on_what_the_table_allows() {
 }
 
 #[test]
-fn the_table_is_the_one_in_the_documentation() {
-    let lib = fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("src/lib.rs")).unwrap();
-    for (module, _) in ALLOWED {
-        let row = |line: &str| {
-            let cell = line.trim_start_matches("//! |").split('|').next().unwrap_or_default();
-            line.starts_with("//! |") && cell.trim().trim_matches(['`', '[', ']']) == module
-        };
-        assert!(lib.lines().any(row), "src/lib.rs has no row for {module}");
+fn files_of_a_module_use_one_another_in_no_circle() {
+    let all = Crate::read(&root());
+    let modules: BTreeSet<&String> = all.sources.keys().map(|module| &module[0]).collect();
+    let mut faults = Vec::new();
+    for top in modules.into_iter().filter(|top| !ENTANGLED.contains(&top.as_str())) {
+        if let Some(circle) = all.circle(top) {
+            let files: Vec<&str> = circle.iter().map(|module| all.sources[module].name.as_str()).collect();
+            faults.push(format!("{} use one another in a circle: move what they share", files.join(" → ")));
+        }
     }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
 
 #[test]
-fn the_reader_of_paths_sees_what_there_is() {
-    let text = r#"
-use crate::geometry::{SampleCloud, TriMesh};
-use crate::{io::{self, Shape}, worker};
-fn f() { pub(crate) fn g() {} super::crate_name(); crate::session::x(); } // crate::app
-const S: &str = "crate::ui";
-"#;
-    let found: Vec<String> = modules_used(&code(text)).into_iter().collect();
-    assert_eq!(found, ["geometry", "io", "session", "worker"]);
-    assert!(names_crate("use egui;", "egui") && names_crate("x: wgpu::Device", "wgpu"));
-    assert!(!names_crate("egui_wgpu::Callback", "wgpu") && !names_crate("eframe::wgpu::Device", "wgpu"));
+fn the_table_is_read_as_it_is_meant() {
+    let table = allowed(
+        "//! | module | what lives there | may use |\n//! |---|---|---|\n\
+         //! | [`low`] | numbers | nothing of ours |\n//! | [`mid`] | `io` and more | `low` |\n\
+         //! | `high` | panels | `mid::part`, and what they use |\n//! | `top` | the rest | all |",
+    );
+    let may = |module: &str| table[module].iter().map(String::as_str).collect::<Vec<_>>();
+    assert_eq!((may("low"), may("mid"), may("high")), (vec![], vec!["low"], vec!["low", "mid"]));
+    assert_eq!(may("top"), ["high", "low", "mid", "top"]);
 }

@@ -17,10 +17,15 @@ use serde::{Deserialize, Serialize};
 
 use super::fingerprint::pieces;
 use super::rows::Row;
-use super::{HIDDEN_FOLDER, RECORD_FILE};
-use crate::cli::say;
+use crate::cli::output::say;
 use crate::inference::Cancel;
 use crate::io as files;
+
+/// The record of a finished job, in its folder.
+pub(super) const RECORD_FILE: &str = "job.json";
+
+/// Folder in the output where files are made, gone when the batch is done.
+const HIDDEN_FOLDER: &str = ".superform";
 
 /// How often a batch that waits for another looks again.
 const LOOK_AGAIN: Duration = Duration::from_millis(100);

@@ -5,7 +5,7 @@ use std::fs;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use super::RECORD_FILE;
+use super::desk::RECORD_FILE;
 use super::rows::is_table;
 use crate::cli::patterns::{is_pattern, matches};
 use crate::io;

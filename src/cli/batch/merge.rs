@@ -7,12 +7,12 @@ use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 
-use super::desk::{Desk, finished};
+use super::desk::{Desk, RECORD_FILE, finished};
 use super::rows::{self, Place, Row, Status, all_tables, read};
 use super::sweep::Part;
-use super::{RECORD_FILE, Tally, must_be_folder};
+use super::tally::Tally;
 use crate::cli::interrupt::{INTERRUPTED, cancel_on_interrupt};
-use crate::cli::{fail_by, say};
+use crate::cli::output::{fail_by, say};
 use crate::inference::Cancel;
 use crate::io::Inputs;
 
@@ -88,6 +88,14 @@ fn collect(folder: &Path, rows: &mut Vec<Row>) -> std::io::Result<()> {
             rows.push(row);
         }
         collect(&path, rows)?;
+    }
+    Ok(())
+}
+
+/// What a folder is asked for that results are to be merged in.
+fn must_be_folder(path: &Path) -> anyhow::Result<()> {
+    if !path.is_dir() {
+        bail!("{} is not a folder; give the one that the runs wrote to", path.display());
     }
     Ok(())
 }

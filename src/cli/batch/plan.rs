@@ -7,10 +7,11 @@ use std::path::PathBuf;
 use clap::Args;
 
 use super::inputs::expand;
+use super::job::Job;
 use super::manifest::{self, Line};
 use super::names::{Origin, names, safe};
 use super::sweep::{Lines, Part, Shard, Sweep, Swept, shown};
-use super::{BatchJob, Job};
+use super::work::BatchJob;
 use crate::cli::settings::SettingsArgs;
 use crate::inference::Params;
 

@@ -7,7 +7,7 @@ use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 
 use crate::cli::headless::primitives;
 use crate::cli::job::Stage;
-use crate::cli::say;
+use crate::cli::output::say;
 use crate::io::harmless;
 
 /// Bars where standard error is a terminal (one for the whole, and a line a job

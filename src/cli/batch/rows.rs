@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::Job;
+use super::job::Job;
 use crate::cli::job::Finished;
 use crate::geometry::{Isolated, Surface};
 use crate::inference::{MergeRule, Method, Setting};

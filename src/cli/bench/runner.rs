@@ -1,16 +1,14 @@
 //! The runs themselves, side by side, each on one core.
 
-use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
-
-use anyhow::Context;
 
 use super::shapes::BenchShape;
 use super::store::Row;
+use crate::cli::runner::{End, run_all};
 use crate::geometry::SamplingOptions;
 use crate::geometry::metrics::{MetricOptions, Reference, evaluate};
-use crate::inference::{Cancel, Method, Params, Run};
+use crate::inference::{Cancel, InferenceError, Method, Params, Run};
 use crate::io::{self, Shape};
 
 /// One run to make.
@@ -38,7 +36,7 @@ struct Slot {
 /// Makes all runs, the first ones first, on `jobs` threads; `done` is called
 /// on this thread as each ends (with its index) and may end the whole by an
 /// error. Runs that are cut short by `cancel` are not reported.
-pub(super) fn run_all(
+pub(super) fn make_all(
     tasks: &[Task],
     shapes: &[BenchShape],
     metrics: &MetricOptions,
@@ -50,39 +48,20 @@ pub(super) fn run_all(
     for task in tasks {
         slots[task.shape].lock().unwrap_or_else(PoisonError::into_inner).left += 1;
     }
-    let pools = (0..jobs.clamp(1, tasks.len().max(1)))
-        .map(|_| rayon::ThreadPoolBuilder::new().num_threads(1).build())
-        .collect::<Result<Vec<_>, _>>()
-        .context("can't start a thread")?;
-    let next = AtomicUsize::new(0);
-    let (sender, receiver) = mpsc::channel();
-    std::thread::scope(|scope| {
-        for pool in &pools {
-            let (sender, next, slots) = (sender.clone(), &next, &slots);
-            scope.spawn(move || {
-                pool.install(|| {
-                    loop {
-                        let at = next.fetch_add(1, Ordering::Relaxed);
-                        let Some(task) = tasks.get(at).filter(|_| !cancel.is_requested()) else { return };
-                        let (slot, shape) = (&slots[task.shape], &shapes[task.shape]);
-                        let result = prepared(slot, shape, metrics)
-                            .and_then(|p| figures(task, &shape.name, &p.0, &p.1, cancel));
-                        release(slot);
-                        if cancel.is_requested() || sender.send((at, result)).is_err() {
-                            return;
-                        }
-                    }
-                });
-            });
+    let work = |_, at: usize| {
+        let task = &tasks[at];
+        let (slot, shape) = (&slots[task.shape], &shapes[task.shape]);
+        let row = prepared(slot, shape, metrics).and_then(|p| figures(task, &shape.name, &p.0, &p.1, cancel));
+        release(slot);
+        if cancel.is_requested() {
+            return Err(InferenceError::Cancelled.into());
         }
-        drop(sender);
-        for (at, result) in receiver {
-            if let Err(e) = done(at, result) {
-                cancel.request();
-                return Err(e);
-            }
-        }
-        Ok(())
+        row.map_err(anyhow::Error::msg)
+    };
+    run_all(tasks.len(), (jobs, 1), cancel, work, |at, end| match end {
+        End::Done(row) => done(at, Ok(row)),
+        End::Failed(problem) => done(at, Err(problem)),
+        End::Cancelled => Ok(()),
     })
 }
 

@@ -12,9 +12,9 @@ use clap::Args;
 use indicatif::{ProgressBar, ProgressStyle};
 use nalgebra::Point3;
 
-use super::super::interrupt::until_done_or_interrupted;
 use super::output::{aligned, none};
 use super::table::Spread;
+use crate::cli::interrupt::until_done_or_interrupted;
 use crate::geometry::cloud::grouped;
 use crate::geometry::{SampleCloud, SamplingOptions, sample_cloud, scatter_mesh};
 use crate::inference::{Cancel, Method, Params, Run, Setting};

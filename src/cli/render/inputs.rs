@@ -51,7 +51,7 @@ fn meant(path: &Path, found: &mut Vec<(PathBuf, String)>) -> Result<(), String> 
         return Ok(());
     }
     let before = found.len();
-    if holds_result(path) {
+    if io::holds_primitives(path) {
         found.push((path.to_owned(), folder_name(path)));
     }
     below(path, "", found)?;
@@ -81,7 +81,7 @@ fn below(folder: &Path, title: &str, found: &mut Vec<(PathBuf, String)>) -> Resu
         }
         let own = path.file_name().unwrap_or_default().to_string_lossy();
         let title = if title.is_empty() { own.into_owned() } else { format!("{title}/{own}") };
-        if holds_result(&path) {
+        if io::holds_primitives(&path) {
             found.push((path.clone(), title.clone()));
         }
         below(&path, &title, found)?;
@@ -101,10 +101,6 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, String> {
     }
     found.sort();
     Ok(found)
-}
-
-fn holds_result(folder: &Path) -> bool {
-    ["primitives.json", "primitives.npz", "primitives.csv"].iter().any(|name| folder.join(name).is_file())
 }
 
 /// Whether a file is a batch's table.

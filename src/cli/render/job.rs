@@ -1,7 +1,6 @@
 //! What pictures are to be taken, and how.
 
 use std::path::PathBuf;
-use std::process::ExitCode;
 
 use crate::session::camera::AxisView;
 use crate::session::scene::UpAxis;
@@ -98,18 +97,11 @@ pub struct RenderJob {
     pub quiet: bool,
 }
 
+#[cfg(not(feature = "window"))]
 impl RenderJob {
-    /// Does the job: what was written is told on standard output. The exit
-    /// status tells how many results gave no picture.
-    #[cfg(feature = "window")]
-    pub fn run(&self) -> ExitCode {
-        super::work::run(self)
-    }
-
     /// Says why there is no picture.
-    #[cfg(not(feature = "window"))]
-    pub fn run(&self) -> ExitCode {
-        crate::cli::fail(
+    pub fn run(&self) -> std::process::ExitCode {
+        crate::cli::output::fail(
             "this program was built without its window, and can't draw: build it with the feature `window` \
              (cargo build --release)",
         )

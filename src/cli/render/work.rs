@@ -7,22 +7,29 @@ use std::process::ExitCode;
 use anyhow::{Context, bail};
 use indicatif::{ProgressBar, ProgressStyle};
 
+use super::ending_of;
 use super::inputs::{Entry, expand};
-use super::{RenderJob, Turn, Viewpoint, ending_of};
+use super::job::{RenderJob, Turn, Viewpoint};
 use crate::cli::batch::failures;
+use crate::cli::headless;
 use crate::cli::interrupt::{INTERRUPTED, cancel_on_interrupt};
-use crate::cli::{fail_by, headless, is_folder, output, say};
+use crate::cli::names::is_folder;
+use crate::cli::output::{self, fail_by, say};
 use crate::inference::Cancel;
 use crate::io::{self, AnimationFormat, AnimationWriter, Inputs};
 use crate::pictures::{Figures, Painter, Sheet, Stage, Subject, Theme};
 use crate::session::camera::Camera;
 use crate::session::view::ColorBy;
 
-pub(super) fn run(job: &RenderJob) -> ExitCode {
-    let cancel = cancel_on_interrupt();
-    match Work::new(job).and_then(|work| work.done(&cancel)) {
-        Ok(exit) => exit,
-        Err(e) => fail_by(&e),
+impl RenderJob {
+    /// Does the job: what was written is told on standard output. The exit
+    /// status tells how many results gave no picture.
+    pub fn run(&self) -> ExitCode {
+        let cancel = cancel_on_interrupt();
+        match Work::new(self).and_then(|work| work.done(&cancel)) {
+            Ok(exit) => exit,
+            Err(e) => fail_by(&e),
+        }
     }
 }
 

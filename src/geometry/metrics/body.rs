@@ -6,9 +6,9 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 
-use super::Frame;
 use super::triangles::{area, random_point, running_sum};
 use crate::geometry::Superquadric;
+use crate::geometry::frame::Frame;
 use crate::geometry::tessellate::{Resolution, surface_vertices};
 
 /// The surfaces' triangles are fine enough for their area to be even within

@@ -4,8 +4,8 @@ use std::collections::HashSet;
 
 use nalgebra::Point3;
 
-use super::Frame;
 use crate::geometry::TriMesh;
+use crate::geometry::frame::Frame;
 use crate::geometry::mesh::bounds;
 
 /// Vertices closer than about this part of the longest edge are one.
@@ -29,7 +29,7 @@ impl CleanMesh {
     /// where nothing with an extent is left.
     pub(super) fn new(mesh: &TriMesh) -> Option<Self> {
         let sound: Vec<[Point3<f64>; 3]> = mesh.faces.iter().filter_map(|f| mesh.corners(f)).collect();
-        let frame = Frame::around(sound.iter().flatten().copied())?;
+        let frame = Frame::of_edge(sound.iter().flatten().copied())?;
         let local: Vec<Point3<f64>> = sound.iter().flatten().map(|p| frame.local(p)).collect();
         let bounds = bounds(local.iter().copied())?;
         let key = |p: &Point3<f64>| ((p - bounds.0) / SAME_PLACE).map(|c| c.round() as i64);

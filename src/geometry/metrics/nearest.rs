@@ -4,9 +4,11 @@ use nalgebra::Point3;
 use rayon::prelude::*;
 
 use super::clean::CleanMesh;
+use super::error::ReferenceError;
+use super::figures::CHUNK;
 use super::triangles::Triangles;
-use super::{CHUNK, Frame, ReferenceError};
 use crate::geometry::TriMesh;
+use crate::geometry::frame::Frame;
 use crate::geometry::neighbors::KdTree;
 
 /// A mesh's surface or a cloud's points, in the frame of their box.
@@ -55,7 +57,7 @@ impl Nearest {
     /// [`ReferenceError::NoPoints`] where no two distinct points are left.
     pub fn of_cloud(points: &[Point3<f64>]) -> Result<Self, ReferenceError> {
         let finite = || points.iter().filter(|p| p.iter().all(|c| c.is_finite()));
-        let frame = Frame::around(finite().copied()).ok_or(ReferenceError::NoPoints)?;
+        let frame = Frame::of_edge(finite().copied()).ok_or(ReferenceError::NoPoints)?;
         let places: Vec<Point3<f64>> = finite().map(|p| frame.local(p)).collect();
         Ok(Self { frame, target: Target::Cloud(KdTree::new(&places)) })
     }

@@ -7,12 +7,14 @@ use rayon::prelude::*;
 
 use super::body::{Body, inside_any};
 use super::clean::CleanMesh;
+use super::error::ReferenceError;
+use super::figures::{CHUNK, MetricOptions, Metrics, mean};
 use super::nearest::Target;
 use super::orient::Patches;
 use super::triangles::{Triangles, area, random_point, running_sum};
 use super::winding::Winding;
-use super::{CHUNK, Frame, MetricOptions, Metrics, mean};
 use crate::geometry::TriMesh;
+use crate::geometry::frame::Frame;
 use crate::geometry::mesh::bounds;
 use crate::geometry::neighbors::KdTree;
 
@@ -34,15 +36,6 @@ const THIN: f64 = 0.01;
 const SURFACE_STREAM: u64 = 1 << 62;
 const VOLUME_STREAM: u64 = 2 << 62;
 const BEYOND_STREAM: u64 = 3 << 62;
-
-/// Why nothing can be measured against a shape.
-#[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-pub enum ReferenceError {
-    #[error("the reference has no face with an area; choose another mesh or its cloud")]
-    NoSurface,
-    #[error("the reference has no two distinct finite points; choose another cloud")]
-    NoPoints,
-}
 
 /// A mesh or a cloud, with all that measuring against it takes.
 #[derive(Debug, Clone)]
@@ -112,7 +105,7 @@ impl Reference {
     /// [`ReferenceError::NoPoints`] where no two distinct points are left.
     pub fn of_cloud(points: &[Point3<f64>], options: &MetricOptions) -> Result<Self, ReferenceError> {
         let finite = || points.iter().filter(|p| p.iter().all(|c| c.is_finite()));
-        let frame = Frame::around(finite().copied()).ok_or(ReferenceError::NoPoints)?;
+        let frame = Frame::of_edge(finite().copied()).ok_or(ReferenceError::NoPoints)?;
         let samples: Vec<Point3<f64>> = finite().map(|p| frame.local(p)).collect();
         let tree = KdTree::new(&samples);
         let spacings: Vec<f64> =

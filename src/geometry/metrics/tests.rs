@@ -1,8 +1,8 @@
-use nalgebra::{Rotation3, Vector3};
+use nalgebra::{Point3, Rotation3, Vector3};
 
 use super::*;
-use crate::geometry::TriMesh;
 use crate::geometry::tessellate::{Resolution, tessellate};
+use crate::geometry::{Superquadric, TriMesh};
 
 /// Few enough for a quick test.
 const QUICK: MetricOptions = MetricOptions { samples: 20_000, volume_points: 40_000, seed: 1 };

@@ -8,6 +8,7 @@
 //! table, the inside of an open tin.
 
 use super::voxels::Grid;
+use crate::geometry::forest::Forest;
 
 /// Two basins are one where the neck between them is at least this wide,
 /// relative to the smaller one.
@@ -30,7 +31,7 @@ pub(super) enum Cell {
 
 /// Tells the cells apart, given their squared clearance.
 pub(super) fn tell(grid: &Grid, clearance: &[u32]) -> Vec<Cell> {
-    let mut basins = Basins { parent: vec![0], radius2: vec![u32::MAX] };
+    let mut basins = Basins { sets: Forest::of(1), radius2: vec![u32::MAX] };
     let flooded = basins.flood(grid, clearance);
     let is_outside = basins.reached(grid, &flooded);
     flooded
@@ -47,21 +48,12 @@ const NONE: u32 = u32::MAX;
 
 /// A forest of basins; number 0 is the outside.
 struct Basins {
-    parent: Vec<u32>,
+    sets: Forest,
     /// Squared inner radius, in cells.
     radius2: Vec<u32>,
 }
 
 impl Basins {
-    fn root(&mut self, mut basin: u32) -> u32 {
-        while self.parent[basin as usize] != basin {
-            let above = self.parent[self.parent[basin as usize] as usize];
-            self.parent[basin as usize] = above;
-            basin = above;
-        }
-        basin
-    }
-
     /// The basin of each empty cell, `NONE` for the others.
     fn flood(&mut self, grid: &Grid, clearance: &[u32]) -> Vec<u32> {
         let mut basin_of = vec![NONE; clearance.len()];
@@ -75,7 +67,7 @@ impl Basins {
             let mut roomiest = NONE;
             for (slot, j) in met.iter_mut().zip(neighbors(grid, i as usize)) {
                 if basin_of[j] != NONE {
-                    *slot = self.root(basin_of[j]);
+                    *slot = self.sets.root(basin_of[j]);
                     // The outside is never less roomy than another basin.
                     if roomiest == NONE
                         || (self.radius2[*slot as usize], roomiest) > (self.radius2[roomiest as usize], *slot)
@@ -85,22 +77,21 @@ impl Basins {
                 }
             }
             if roomiest == NONE {
-                roomiest = self.parent.len() as u32;
-                self.parent.push(roomiest);
+                roomiest = self.sets.add();
                 self.radius2.push(here);
             }
             for other in met.into_iter().filter(|&b| b != NONE && b != roomiest) {
                 let smaller = self.radius2[other as usize];
                 let is_wide = f64::from(here) >= NECK * NECK * f64::from(smaller);
                 if is_wide || smaller < SMALLEST * SMALLEST {
-                    self.parent[other as usize] = roomiest;
+                    self.sets.hang(other, roomiest);
                 }
             }
             basin_of[i as usize] = roomiest;
         }
         for basin in &mut basin_of {
             if *basin != NONE {
-                *basin = self.root(*basin);
+                *basin = self.sets.root(*basin);
             }
         }
         basin_of
@@ -109,7 +100,7 @@ impl Basins {
     /// Which basins belong to the outside: the outside itself, and those with
     /// large openings to what belongs to it.
     fn reached(&self, grid: &Grid, basin_of: &[u32]) -> Vec<bool> {
-        let mut border = vec![0u32; self.parent.len()];
+        let mut border = vec![0u32; self.sets.len()];
         let mut shared: Vec<(u32, u32)> = Vec::new();
         for (i, &basin) in basin_of.iter().enumerate() {
             if basin == NONE || basin == 0 {
@@ -123,10 +114,10 @@ impl Basins {
                 }
             }
         }
-        let mut is_outside = vec![false; self.parent.len()];
+        let mut is_outside = vec![false; self.sets.len()];
         is_outside[0] = true;
         loop {
-            let mut open = vec![0u32; self.parent.len()];
+            let mut open = vec![0u32; self.sets.len()];
             for &(basin, other) in &shared {
                 open[basin as usize] += u32::from(is_outside[other as usize]);
             }

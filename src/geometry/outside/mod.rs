@@ -25,13 +25,10 @@ use std::f64::consts::PI;
 use nalgebra::{Point3, Vector3};
 
 use super::frame::Frame;
-use super::mesh::{TriMesh, has_area};
+use super::mesh::{TriMesh, Triangle, has_area};
 use basins::Cell;
 use rays::Obstacles;
 use voxels::Grid;
-
-/// Corners, in the frame of the shape (box within [−1, 1]³).
-pub(super) type Triangle = [Point3<f64>; 3];
 
 /// Rays that are tried from a place, evenly over the sphere.
 const RAYS: usize = 64;
@@ -55,7 +52,8 @@ pub(super) struct Room {
 }
 
 impl Room {
-    /// Surveys the room. The triangles must have an area.
+    /// Surveys the room. The triangles must have an area, and be in the frame of the shape
+    /// (box within [−1, 1]³).
     pub(super) fn new(triangles: &[Triangle]) -> Self {
         let grid = Grid::over(triangles);
         let (cells, obstacles) = rayon::join(

@@ -2,7 +2,7 @@
 
 use nalgebra::{Point3, Vector3};
 
-use super::Triangle;
+use crate::geometry::mesh::Triangle;
 
 /// Most triangles in a leaf.
 const LEAF: usize = 4;

@@ -5,7 +5,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use nalgebra::{Point3, Vector3};
 use rayon::prelude::*;
 
-use super::Triangle;
+use crate::geometry::mesh::Triangle;
 
 /// Cells that a grid has, about: what is surveyed in a tenth of a second on one core.
 const CELLS: f64 = 3e5;

@@ -5,7 +5,7 @@ use nalgebra::Point3;
 
 use super::raw::Raw;
 use super::text::counted;
-use crate::io::Attributes;
+use crate::io::shape::Attributes;
 
 /// Which columns hold what.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -91,7 +91,7 @@ const TRIPLES: [(&[&str], [&str; 3]); 3] = [
 ];
 
 /// The names of the numbers of a field that has `count` of them.
-pub(super) fn names_of_parts(field: &str, count: usize) -> Vec<String> {
+pub(in crate::io) fn names_of_parts(field: &str, count: usize) -> Vec<String> {
     if count == 1 {
         return vec![field.to_owned()];
     }

@@ -18,9 +18,8 @@ use super::text::{counted, decode, shortened};
 use crate::io::error::Fault;
 use accessors::Data;
 pub use beside::buffers_beside;
-pub(crate) use buffers::percent_bytes;
 use placing::{instances, local_transform, placed};
-use schema::{Head, Primitive, Root};
+use schema::{Head, Primitive, Root, entry};
 
 mod accessors;
 mod beside;
@@ -403,14 +402,6 @@ impl Moves {
         };
         Self(targets.filter_map(of_attribute).collect())
     }
-}
-
-/// An entry of one of the file's lists.
-fn entry<'a, T>(list: &'a [T], index: usize, what: &str) -> Result<&'a T, Fault> {
-    list.get(index).ok_or_else(|| {
-        let number = list.len();
-        Fault::whole(format!("it refers to {what} {index}, but has {number}; export the shape again"))
-    })
 }
 
 /// glTF's colours are linear; pictures are not.

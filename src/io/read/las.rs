@@ -5,15 +5,15 @@
 //! against the file first.
 
 use std::io::Cursor;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 
 use nalgebra::Point3;
 
 use super::columns::DEGREES;
-use super::most_unpacked;
 use super::raw::Raw;
-use crate::io::Attributes;
+use crate::io::caught::caught;
+use crate::io::content::most_unpacked;
 use crate::io::error::Fault;
+use crate::io::shape::Attributes;
 use header::Header;
 
 mod header;
@@ -52,8 +52,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
     // up on a damaged one, that is a fault of the file.
     let damaged = "the points can't be unpacked; the file is damaged: copy or export it again";
     let source = header.without_appendix(bytes);
-    catch_unwind(AssertUnwindSafe(|| points(source, &header)))
-        .unwrap_or_else(|_| Err(Fault::at_byte(header.offset, damaged)))
+    caught(|| points(source, &header)).unwrap_or_else(|_| Err(Fault::at_byte(header.offset, damaged)))
 }
 
 fn points(source: Vec<u8>, header: &Header) -> Result<Raw, Fault> {

@@ -18,8 +18,8 @@ use nalgebra::Point3;
 use super::columns;
 use super::raw::Raw;
 use super::text::{counted, lines, number, quoted};
-use crate::io::Attributes;
 use crate::io::error::Fault;
+use crate::io::shape::Attributes;
 
 const OPTIONS: tobj::LoadOptions =
     tobj::LoadOptions { single_index: false, triangulate: false, ignore_points: true, ignore_lines: true };

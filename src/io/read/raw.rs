@@ -10,7 +10,7 @@ use super::text::counted;
 use crate::geometry::TriMesh;
 use crate::geometry::mesh::has_area;
 use crate::io::error::Fault;
-use crate::io::{Attributes, PointCloud, Shape, ShapeGeometry};
+use crate::io::shape::{Attributes, PointCloud, Shape, ShapeGeometry};
 
 /// The ends of fewer lines than this are no cloud of points on a surface.
 const SPARSE: usize = 1000;

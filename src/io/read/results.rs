@@ -9,26 +9,29 @@ use std::path::{Component, Path, PathBuf};
 use nalgebra::Point3;
 use serde::Deserialize;
 
-use super::primitives::{FORMAT, StoredPrimitives};
-use super::{built_in, read};
+use super::shapes::{built_in, read};
 use crate::geometry::tessellate::{Resolution, tessellate};
 use crate::geometry::{Isolated, NO_SAMPLE, SampleCloud, SamplingOptions, Surface, TriMesh, sample_cloud};
 use crate::inference::{Edit, UNASSIGNED};
-use crate::io::write::{REPORT_FILE, SEGMENTED_FILE};
-use crate::io::{Attributes, Content, PointCloud, ReadError, Shape, ShapeGeometry, StoredPath};
+use crate::io::content::content;
+use crate::io::error::ReadError;
+use crate::io::names::{PRIMITIVES_FILES, REPORT_FILE, SEGMENTED_FILE};
+use crate::io::paths::StoredPath;
+use crate::io::primitives::StoredPrimitives;
+use crate::io::primitives::schema::{COLUMNS, FORMAT, arrays};
+use crate::io::shape::{Attributes, Content, PointCloud, Shape, ShapeGeometry};
 
 /// How much of a file is looked at.
 const HEAD: u64 = 4 << 10;
-/// Arrays that tell primitives from points in an NPZ file, by the names of
-/// their members.
-const MEMBERS: [&str; 4] = ["scale.npy", "rotation.npy", "translation.npy", "exponents.npy"];
+/// Arrays that tell primitives from points in an NPZ file.
+const ARRAYS: [&str; 4] = [arrays::SCALE, arrays::ROTATION, arrays::TRANSLATION, arrays::EXPONENTS];
 
 /// Whether a file, or the folder of a run, holds primitives rather than a shape,
 /// as far as its beginning tells. Not of CSV files of any name: 13 columns of
 /// numbers may be points with their attributes.
 pub fn holds_primitives(path: &Path) -> bool {
     if path.is_dir() {
-        return path.join(crate::io::PRIMITIVES_FILE).is_file();
+        return PRIMITIVES_FILES.iter().any(|name| path.join(name).is_file());
     }
     let Ok(file) = File::open(path) else { return false };
     let mut head = Vec::new();
@@ -37,11 +40,11 @@ pub fn holds_primitives(path: &Path) -> bool {
     }
     if head.starts_with(b"PK\x03\x04") {
         let Ok(archive) = zip::ZipArchive::new(file) else { return false };
-        return MEMBERS.iter().all(|member| archive.index_for_name(member).is_some());
+        return ARRAYS.iter().all(|name| archive.index_for_name(&format!("{name}.npy")).is_some());
     }
     let text = String::from_utf8_lossy(&head);
     let first = text.lines().find(|line| !line.starts_with('#')).unwrap_or_default();
-    let is_table = first.split(',').map(str::trim).eq(crate::io::read::primitives::CSV_COLUMNS);
+    let is_table = first.split(',').map(str::trim).eq(COLUMNS);
     // Ours says so in its first line.
     let is_ours = text.strip_prefix("# ").is_some_and(|text| text.starts_with(FORMAT));
     is_table || is_ours || (text.trim_start().starts_with('{') && text.contains(FORMAT))
@@ -207,8 +210,7 @@ impl OpenedResult {
 /// Where the shape may be that a folder of results is of, as its report tells.
 pub(in crate::io) fn places_of_shape(folder: &Path) -> Vec<PathBuf> {
     let path = folder.join(REPORT_FILE);
-    let report: Option<Report> =
-        super::content(&path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
+    let report: Option<Report> = content(&path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
     report.map_or_else(Vec::new, |report| report.input.places(&path))
 }
 
@@ -248,7 +250,7 @@ impl Report {
     /// The one beside the primitives, if it is of the same run; else why not.
     fn beside(stored: &StoredPrimitives) -> Result<Self, String> {
         let path = stored.path.with_file_name(REPORT_FILE);
-        let Ok(bytes) = super::content(&path) else {
+        let Ok(bytes) = content(&path) else {
             return Err(format!("no {REPORT_FILE} beside them tells which it is"));
         };
         let report: Self = serde_json::from_slice(&bytes)
@@ -383,7 +385,7 @@ fn belongs(points: usize, input: Option<&Shape>, report: &Option<Report>, stored
 /// Whether an NPZ file of primitives has the points, too.
 fn has_points(path: &Path) -> bool {
     let archive = File::open(path).ok().and_then(|file| zip::ZipArchive::new(file).ok());
-    archive.is_some_and(|archive| archive.index_for_name("pc.npy").is_some())
+    archive.is_some_and(|archive| archive.index_for_name(&format!("{}.npy", arrays::CLOUD)).is_some())
 }
 
 fn surfaces(stored: &StoredPrimitives) -> Shape {

@@ -2,7 +2,7 @@
 
 /// The type of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Scalar {
+pub(in crate::io) enum Scalar {
     I8,
     U8,
     I16,
@@ -18,7 +18,7 @@ pub(super) enum Scalar {
 
 impl Scalar {
     /// Size in bytes.
-    pub(super) fn size(self) -> usize {
+    pub(in crate::io) fn size(self) -> usize {
         match self {
             Self::I8 | Self::U8 => 1,
             Self::I16 | Self::U16 | Self::F16 => 2,
@@ -27,13 +27,13 @@ impl Scalar {
         }
     }
 
-    pub(super) fn is_float(self) -> bool {
+    pub(in crate::io) fn is_float(self) -> bool {
         matches!(self, Self::F16 | Self::F32 | Self::F64)
     }
 
     /// The number in the first bytes; NaN where there are too few.
     #[inline]
-    pub(super) fn value(self, bytes: &[u8], big_endian: bool) -> f64 {
+    pub(in crate::io) fn value(self, bytes: &[u8], big_endian: bool) -> f64 {
         let mut eight = [0; 8];
         let size = self.size();
         let Some(bytes) = bytes.get(..size) else { return f64::NAN };

@@ -4,7 +4,7 @@ use std::borrow::Cow;
 
 /// The text of a file. A byte-order mark tells UTF-8 and UTF-16; bytes that
 /// are not valid (Latin-1 in a comment, say) become replacement characters.
-pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
+pub(in crate::io) fn decode(bytes: &[u8]) -> Cow<'_, str> {
     let utf16 = |unit: fn([u8; 2]) -> u16| {
         let units: Vec<u16> = bytes[2..].chunks_exact(2).map(|b| unit([b[0], b[1]])).collect();
         Cow::Owned(String::from_utf16_lossy(&units))
@@ -19,7 +19,7 @@ pub(super) fn decode(bytes: &[u8]) -> Cow<'_, str> {
 
 /// A number as programs write it: also `nan`, `inf`, the forms of older C
 /// libraries (`1.#QNAN`, `-nan(ind)`, `1.#INF`) and those of Fortran (`1.5D+00`).
-pub(super) fn number(token: &str) -> Option<f64> {
+pub(in crate::io) fn number(token: &str) -> Option<f64> {
     if let Some(value) = plain_number(token.as_bytes()).or_else(|| token.parse().ok()) {
         return Some(value);
     }
@@ -42,7 +42,7 @@ pub(super) fn number(token: &str) -> Option<f64> {
 }
 
 /// Lines with their numbers from 1, at `\n`, `\r\n` and a lone `\r`.
-pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
+pub(in crate::io) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut rest = Some(text);
     let mut number = 0;
     std::iter::from_fn(move || {
@@ -64,7 +64,7 @@ pub(super) fn lines(text: &str) -> impl Iterator<Item = (usize, &str)> {
 
 /// A decimal number of few digits, as most are; `None` for all others, be they
 /// numbers or not. What it gives is what [`str::parse`] gives, in half the time.
-pub(super) fn plain_number(token: &[u8]) -> Option<f64> {
+pub(in crate::io) fn plain_number(token: &[u8]) -> Option<f64> {
     /// Powers of ten that are exact.
     const TENS: [f64; 19] = [
         1e0, 1e1, 1e2, 1e3, 1e4, 1e5, 1e6, 1e7, 1e8, 1e9, 1e10, 1e11, 1e12, 1e13, 1e14, 1e15, 1e16, 1e17,
@@ -98,10 +98,10 @@ pub(super) fn plain_number(token: &[u8]) -> Option<f64> {
 }
 
 /// Bytes of text that one thread parses at once.
-pub(super) const PIECE: usize = 1 << 18;
+pub(in crate::io) const PIECE: usize = 1 << 18;
 
 /// The text in pieces of about `size` bytes, each of which ends with a line.
-pub(super) fn pieces(text: &str, size: usize) -> Vec<&str> {
+pub(in crate::io) fn pieces(text: &str, size: usize) -> Vec<&str> {
     let mut pieces = Vec::with_capacity(text.len() / size.max(1) + 1);
     let mut rest = text;
     while !rest.is_empty() {
@@ -121,17 +121,17 @@ pub(super) fn pieces(text: &str, size: usize) -> Vec<&str> {
 }
 
 /// A token for a message: short, and quoted.
-pub(super) fn quoted(token: &str) -> String {
+pub(in crate::io) fn quoted(token: &str) -> String {
     quoted_up_to(token, 24)
 }
 
 /// The same, of so many characters at most.
-pub(super) fn quoted_up_to(token: &str, most: usize) -> String {
+pub(in crate::io) fn quoted_up_to(token: &str, most: usize) -> String {
     format!("“{}”", shortened(token, most))
 }
 
 /// The first characters of a text, those that a terminal would obey escaped.
-pub(super) fn shortened(text: &str, most: usize) -> String {
+pub(in crate::io) fn shortened(text: &str, most: usize) -> String {
     let mut shown: String = text.chars().take(most).collect();
     if shown.len() < text.len() {
         shown.push('…');
@@ -140,7 +140,7 @@ pub(super) fn shortened(text: &str, most: usize) -> String {
 }
 
 /// "1 face", "3 faces".
-pub(super) fn counted(n: usize, one: &str, many: &str) -> String {
+pub(in crate::io) fn counted(n: usize, one: &str, many: &str) -> String {
     format!("{n} {}", if n == 1 { one } else { many })
 }
 

@@ -11,8 +11,8 @@ use rayon::prelude::*;
 use super::columns::{self, Color, Nameless, Roles};
 use super::raw::Raw;
 use super::text::{self, counted, lines, number, plain_number, quoted};
-use crate::io::Attributes;
 use crate::io::error::Fault;
+use crate::io::shape::Attributes;
 
 /// How numbers and columns are written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -1,4 +1,4 @@
-//! Pictures one after the other: as one GIF, or as a folder of PNGs.
+//! Pictures: alone as PNG; one after the other as one GIF, or as a folder of PNGs.
 
 use std::fs;
 use std::io::BufWriter;
@@ -8,7 +8,16 @@ use tempfile::TempDir;
 
 use super::atomic::Staged;
 use super::place::{Place, folder_of};
-use crate::io::WriteError;
+use crate::io::error::WriteError;
+
+/// Writes a picture as PNG.
+///
+/// # Errors
+/// Where the file can't be written. It is written whole or not at all.
+pub fn write_picture(path: &Path, picture: &image::RgbaImage) -> Result<(), WriteError> {
+    Staged::with(path, |w| picture.write_to(w, image::ImageFormat::Png).map_err(std::io::Error::other))?
+        .persist()
+}
 
 /// How an animation is kept.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

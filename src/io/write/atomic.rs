@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 use tempfile::{NamedTempFile, TempPath};
 
 use super::place::{Place, folder_of};
-use crate::io::WriteError;
+use crate::io::error::WriteError;
 
 /// Writes some bytes as a file.
 ///
@@ -143,7 +143,7 @@ fn keep_mode(former: &Path, new: &Path) -> io::Result<()> {
 }
 
 /// What can't be said in a file is an error of its content.
-pub(super) fn unfit(problem: impl Into<String>) -> io::Error {
+pub(in crate::io) fn unfit(problem: impl Into<String>) -> io::Error {
     io::Error::new(io::ErrorKind::InvalidData, problem.into())
 }
 

@@ -2,17 +2,101 @@
 //! of its primitive.
 
 use std::io::{self, Seek, Write};
+use std::path::Path;
 
 use nalgebra::Point3;
 
-use super::Outcome;
 use super::atomic::unfit;
-use super::formats::ExportOptions;
-use super::npy::Npz;
-use super::parts::rounding;
+use super::options::ExportOptions;
+use super::outcome::Outcome;
+use super::text::{Text, file_label, mean_place, rounding};
+use super::writing::{Writing, content};
 use crate::geometry::palette::UNASSIGNED_COLOR;
 use crate::inference::UNASSIGNED;
-use crate::io::ShapeGeometry;
+use crate::io::error::WriteError;
+use crate::io::npy::Npz;
+use crate::io::shape::ShapeGeometry;
+
+/// A format of clouds.
+#[derive(Clone, Copy)]
+pub(super) struct CloudFormat {
+    pub(super) write: fn(&mut Writing, &Path, &SegmentedCloud<'_>, &ExportOptions) -> Result<(), WriteError>,
+    /// About how many bytes that is.
+    pub(super) size: fn(&CloudCounts, &ExportOptions) -> u64,
+}
+
+pub(super) const PLY: CloudFormat = CloudFormat {
+    write: |writing, path, cloud, options| writing.files.stage(path, |w| cloud.ply(w, options.binary)),
+    size: |n, options| match options.binary {
+        true => n.points * (28 + 3 * n.colors + 12 * n.normals + 4 * n.labels + 3 * n.tints) + 400,
+        false => n.text(),
+    },
+};
+pub(super) const CSV: CloudFormat = CloudFormat {
+    write: |writing, path, cloud, _| writing.files.stage(path, |w| cloud.csv(w)),
+    size: |n, _| n.text(),
+};
+pub(super) const XYZ: CloudFormat = CloudFormat {
+    write: |writing, path, cloud, _| writing.files.stage(path, |w| cloud.xyz(w)),
+    size: |n, _| n.text(),
+};
+pub(super) const PCD: CloudFormat = CloudFormat {
+    write: |writing, path, cloud, options| {
+        if !options.doubles {
+            writing.notes.extend(rounding(cloud.points.iter()).map_err(content(path))?);
+        }
+        writing.files.stage(path, |w| cloud.pcd(w, options))
+    },
+    size: |n, options| {
+        let place = if options.doubles { 24 } else { 12 };
+        match options.binary {
+            true => n.points * (place + 4 + 4 * n.colors + 12 * n.normals + 4 * n.labels) + 300,
+            false => n.text(),
+        }
+    },
+};
+pub(super) const NPZ: CloudFormat = CloudFormat {
+    write: |writing, path, cloud, _| writing.files.stage(path, |w| cloud.npz(w)),
+    // Coordinates hardly shrink, labels and colours to a small part.
+    size: |n, _| n.points * (23 + n.normals * 11 + n.labels + n.tints) + 1500,
+};
+
+/// What the size of a cloud's file depends on.
+#[derive(Debug)]
+pub(super) struct CloudCounts {
+    points: u64,
+    /// Characters of a place.
+    place: u64,
+    /// 1 where each point has a colour, and a normal, a label and a colour of the
+    /// input's; else 0.
+    colors: u64,
+    normals: u64,
+    labels: u64,
+    tints: u64,
+}
+
+impl CloudCounts {
+    pub(super) fn of(outcome: &Outcome<'_>, options: &ExportOptions) -> Self {
+        let (points, own) = match &outcome.shape.geometry {
+            ShapeGeometry::Mesh(_) => (&outcome.cloud.points, None),
+            ShapeGeometry::Cloud(input) => (&input.points, Some(&outcome.shape.attributes)),
+        };
+        let own = own.filter(|_| options.input_attributes);
+        Self {
+            points: points.len() as u64,
+            place: mean_place(points),
+            colors: options.colors.into(),
+            normals: own.is_some_and(|a| a.normals.is_some()).into(),
+            labels: own.is_some_and(|a| a.labels.is_some()).into(),
+            tints: own.is_some_and(|a| a.colors.is_some()).into(),
+        }
+    }
+
+    fn text(&self) -> u64 {
+        let line = self.place + 3 + 12 * self.colors + 36 * self.normals + 4 * self.labels + 12 * self.tints;
+        self.points * line + 300
+    }
+}
 
 /// The columns of the cloud; all have one entry a point.
 #[derive(Debug)]
@@ -26,11 +110,6 @@ pub(super) struct SegmentedCloud<'a> {
     input_colors: Option<&'a [[u8; 3]]>,
     /// Of all primitives.
     ids: Vec<i32>,
-}
-
-/// An id as files have it.
-pub(super) fn file_label(id: u32) -> io::Result<i32> {
-    i32::try_from(id).map_err(|_| unfit(format!("the id {id} is too large for a label")))
 }
 
 impl<'a> SegmentedCloud<'a> {
@@ -217,11 +296,6 @@ impl<'a> SegmentedCloud<'a> {
         npz.finish()
     }
 
-    /// What becomes of the points in single precision.
-    pub(super) fn single_precision(&self) -> io::Result<Option<String>> {
-        rounding(self.points.iter())
-    }
-
     fn has(&self, group: Group) -> bool {
         match group {
             Group::Place | Group::Label => true,
@@ -310,63 +384,4 @@ pub(super) fn begin_ply(w: &mut impl Write, binary: bool, points: usize) -> io::
          property double x\nproperty double y\nproperty double z\n",
         env!("CARGO_PKG_VERSION"),
     )
-}
-
-/// Characters that the places of a point take in a text, on average over some
-/// of them.
-pub(super) fn mean_place(points: &[Point3<f64>]) -> u64 {
-    const SAMPLES: usize = 64;
-    let count = points.len().clamp(1, SAMPLES);
-    let some = (0..count.min(points.len())).map(|k| points[k * points.len() / count]);
-    let characters: usize = some.flat_map(|p| [p.x, p.y, p.z]).map(|c| Text(c).to_string().len() + 1).sum();
-    (characters / count) as u64
-}
-
-/// A number as all readers take it: the shortest text that reads as the same
-/// number, and `nan` where it is none.
-pub(super) struct Text<T>(pub(super) T);
-
-macro_rules! text {
-    ($float:ty) => {
-        impl std::fmt::Display for Text<$float> {
-            fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-                let value = self.0;
-                if value.is_nan() {
-                    f.write_str("nan")
-                } else if value == value.trunc() && value.abs() < 1e15 {
-                    // Without the ".0".
-                    write!(f, "{value}")
-                } else {
-                    write!(f, "{value:?}")
-                }
-            }
-        }
-    };
-}
-text!(f32);
-text!(f64);
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn numbers_are_short_and_come_back() {
-        for (value, text) in [
-            (0.1, "0.1"),
-            (-3.0, "-3"),
-            (1e300, "1e300"),
-            (-2.5e-9, "-2.5e-9"),
-            (450_000.123_456_789, "450000.123456789"),
-            (f64::NAN, "nan"),
-            (f64::NEG_INFINITY, "-inf"),
-            (-0.0, "-0"),
-        ] {
-            let shown = Text(value).to_string();
-            assert_eq!(shown, text);
-            let back: f64 = shown.parse().unwrap();
-            assert!(back.to_bits() == value.to_bits() || back.is_nan() && value.is_nan());
-        }
-        assert_eq!(Text(0.1f32).to_string(), "0.1");
-    }
 }

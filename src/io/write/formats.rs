@@ -1,403 +1,137 @@
-//! What results can be written as: one list for the command line and the
-//! window, as plain data.
+//! What results can be written as: one table for the command line and the window.
 
+use std::io::{self, Write};
 use std::path::Path;
 
 use serde::{Deserialize, Serialize};
 
-use crate::geometry::tessellate::Resolution;
+use self::PrimitivesFormat::{Archive, Text};
+use self::Writer::{Cloud, Mesh, Numbers, Surfaces};
+use super::atomic::Sink;
+use super::cloud::{self, CloudFormat};
+use super::glb;
+use super::meshes;
+use super::options::Choice::{
+    self, Binary, Colors, Density, Doubles, ExactShapes, InputAttributes, Resolution, Scale, SplitBoundaries,
+};
+use super::options::Kind;
+use super::parts::PartsFormat;
+use super::robot::Robot;
+use crate::io::primitives::{PrimitiveSet, csv, json, npz};
 
-/// What a file holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Kind {
-    /// The cloud with a label and a colour a point.
-    Cloud,
-    /// The mesh with a label a face, in parts.
-    Mesh,
+/// What a format is made of, and what writes it.
+#[derive(Clone, Copy)]
+pub(super) enum Writer {
+    /// The cloud with its labels.
+    Cloud(CloudFormat),
+    /// The input's mesh in parts.
+    Mesh(PartsFormat),
     /// The parameters of the primitives.
-    Primitives,
-    /// The primitives as bodies: surfaces, robot models.
-    Scene,
+    Numbers(PrimitivesFormat),
+    /// The surfaces of the primitives.
+    Surfaces(PartsFormat),
+    /// The text of a robot model, which has its meshes beside it.
+    Robot(fn(&Robot) -> String),
 }
 
-impl Kind {
-    pub const ALL: [Self; 4] = [Self::Cloud, Self::Mesh, Self::Primitives, Self::Scene];
-
-    /// For people.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Cloud => "Segmented cloud",
-            Self::Mesh => "Segmented mesh",
-            Self::Primitives => "Primitives, as numbers",
-            Self::Scene => "Primitives, as bodies",
-        }
-    }
-}
-
-/// An option that some formats read.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub enum Choice {
-    /// [`ExportOptions::binary`].
-    Binary,
-    /// [`ExportOptions::colors`].
-    Colors,
-    /// [`ExportOptions::input_attributes`].
-    InputAttributes,
-    /// [`ExportOptions::doubles`].
-    Doubles,
-    /// [`ExportOptions::split_boundaries`].
-    SplitBoundaries,
-    /// [`ExportOptions::resolution`].
-    Resolution,
-    /// [`ExportOptions::exact_shapes`].
-    ExactShapes,
-    /// [`ExportOptions::density`].
-    Density,
-    /// [`ExportOptions::scale`].
-    Scale,
-}
-
-impl Choice {
-    /// For people.
-    pub fn title(self) -> &'static str {
-        match self {
-            Self::Binary => "Binary",
-            Self::Colors => "Colours",
-            Self::InputAttributes => "Normals, colours and labels of the input",
-            Self::Doubles => "Double precision",
-            Self::SplitBoundaries => "Cut faces along boundaries",
-            Self::Resolution => "Resolution",
-            Self::ExactShapes => "Spheres, boxes and cylinders as such",
-            Self::Density => "Density",
-            Self::Scale => "Metres per unit",
-        }
-    }
-
-    /// One sentence on what it does.
-    pub fn hint(self) -> &'static str {
-        match self {
-            Self::Binary => "Smaller and faster; switched off, the file is text.",
-            Self::Colors => "The colours of the screen, beside the labels.",
-            Self::InputAttributes => {
-                "What the input file says of its points goes along, where it says something."
-            }
-            Self::Doubles => {
-                "Keeps every digit, but PCL and Open3D don't read it. Switched off, places are rounded to 7 digits."
-            }
-            Self::SplitBoundaries => {
-                "A face that belongs to several parts is cut along the boundary; switched off, it goes to the part that has most of it."
-            }
-            Self::Resolution => "Pieces of a quarter turn: the more, the smoother, and the larger the file.",
-            Self::ExactShapes => {
-                "Where a primitive nearly is one, simulators get it as such: contacts are faster and smoother than with a mesh."
-            }
-            Self::Density => {
-                "Mass and inertia come from the volume, at so many kilograms a cubic metre: 1000 is water."
-            }
-            Self::Scale => {
-                "Simulators take lengths as metres. For an input in millimetres this is 0.001, in inches 0.0254."
-            }
-        }
-    }
-}
-
-/// How a file is written. Each format reads some of it, [`Format::choices`].
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct ExportOptions {
-    /// Binary, where the format has a text form, too.
-    pub binary: bool,
-    /// Colours as on the screen.
-    pub colors: bool,
-    /// Normals, colours and labels of the input go along where it has them.
-    pub input_attributes: bool,
-    /// Coordinates in double precision where many readers take single only
-    /// (PCD). All formats that hold doubles anyway keep them regardless.
-    pub doubles: bool,
-    /// Cut faces of a mesh along the boundaries of the parts.
-    pub split_boundaries: bool,
-    /// Pieces of a quarter turn of a primitive's surface; even.
-    pub resolution: usize,
-    /// Spheres, boxes and cylinders as such in robot models, where a primitive
-    /// is one within the tolerance.
-    pub exact_shapes: bool,
-    /// Mass per volume of a robot model, in kg per cubic metre.
-    pub density: f64,
-    /// Length of a unit of the input in a robot model, in metres.
-    pub scale: f64,
-}
-
-impl Default for ExportOptions {
-    fn default() -> Self {
-        Self {
-            binary: true,
-            colors: true,
-            input_attributes: true,
-            doubles: false,
-            split_boundaries: false,
-            resolution: 16,
-            exact_shapes: true,
-            density: 1000.0,
-            scale: 1.0,
-        }
-    }
-}
-
-impl ExportOptions {
-    /// Limits of the numbers.
-    pub const RESOLUTION: (usize, usize) = (2, 128);
-    pub const DENSITY: (f64, f64) = (1e-9, 1e9);
-    pub const SCALE: (f64, f64) = (1e-9, 1e9);
-
-    /// Says which option is out of its limits, if one is.
-    ///
-    /// # Errors
-    /// One sentence that names the option and its limits.
-    pub fn check(&self) -> Result<(), String> {
-        let (least, most) = Self::RESOLUTION;
-        if !(least..=most).contains(&self.resolution) {
-            return Err(format!(
-                "resolution is {}, but must lie between {least} and {most}",
-                self.resolution
-            ));
-        }
-        for (name, value, (least, most)) in
-            [("density", self.density, Self::DENSITY), ("scale", self.scale, Self::SCALE)]
-        {
-            if !(value >= least && value <= most) {
-                return Err(format!("{name} is {value:?}, but must lie between {least:?} and {most:?}"));
-            }
-        }
-        Ok(())
-    }
-
-    /// The resolution of a primitive's surface.
-    pub(super) fn surface(&self) -> Resolution {
-        Resolution { profile: self.resolution, section: self.resolution }
-    }
-}
-
-/// What a result can be written as.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Format {
-    CloudPly,
-    CloudCsv,
-    CloudXyz,
-    CloudPcd,
-    CloudNpz,
-    MeshPly,
-    MeshObj,
-    MeshGlb,
-    MeshStl,
-    PrimitivesJson,
-    PrimitivesNpz,
-    PrimitivesCsv,
-    SurfacesGlb,
-    SurfacesObj,
-    SurfacesPly,
-    SurfacesStl,
-    Urdf,
-    Mjcf,
+/// How the parameters of primitives are written.
+#[derive(Clone, Copy)]
+pub(super) enum PrimitivesFormat {
+    Text(fn(&mut dyn Write, &PrimitiveSet<'_>) -> io::Result<()>),
+    Archive(fn(&mut Sink<'_>, &PrimitiveSet<'_>) -> io::Result<()>),
 }
 
 /// What there is to say of a format.
-struct About {
+struct Row {
     name: &'static str,
     ending: &'static str,
-    kind: Kind,
     title: &'static str,
-    description: &'static str,
+    writer: Writer,
     choices: &'static [Choice],
+    description: &'static str,
+}
+
+const fn row(
+    name: &'static str,
+    ending: &'static str,
+    title: &'static str,
+    writer: Writer,
+    choices: &'static [Choice],
+    description: &'static str,
+) -> Row {
+    Row { name, ending, title, writer, choices, description }
+}
+
+/// Options of robot models.
+const ROBOT: &[Choice] = &[Colors, Resolution, ExactShapes, Density, Scale];
+
+/// Makes [`Format`] of its table.
+macro_rules! formats {
+    ($($format:ident => $row:expr,)*) => {
+        /// What a result can be written as.
+        #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
+        #[serde(rename_all = "kebab-case")]
+        pub enum Format {
+            $($format,)*
+        }
+
+        impl Format {
+            pub const ALL: [Self; [$(stringify!($format)),*].len()] = [$(Self::$format),*];
+
+            fn row(self) -> Row {
+                match self {
+                    $(Self::$format => $row,)*
+                }
+            }
+        }
+    };
+}
+
+// Name on the command line, ending, title within its kind, writer, the options that it reads, and
+// what it is for. The first of a kind with an ending is the one that the ending stands for.
+formats! {
+    CloudPly => row("cloud-ply", "ply", "PLY", Cloud(cloud::PLY), &[Binary, Colors, InputAttributes],
+        "For CloudCompare, MeshLab and Open3D; keeps every digit"),
+    CloudCsv => row("cloud-csv", "csv", "CSV", Cloud(cloud::CSV), &[Colors, InputAttributes],
+        "For spreadsheets, pandas and R: a line a point, with a header"),
+    CloudXyz => row("cloud-xyz", "xyz", "XYZ text", Cloud(cloud::XYZ), &[Colors, InputAttributes],
+        "For whatever reads columns of numbers; the label stands last"),
+    CloudPcd => row("cloud-pcd", "pcd", "PCD", Cloud(cloud::PCD), &[Binary, Colors, InputAttributes, Doubles],
+        "For PCL, ROS and Open3D; places in single precision, if not asked otherwise"),
+    CloudNpz => row("cloud-npz", "npz", "NPZ", Cloud(cloud::NPZ), &[Colors, InputAttributes],
+        "For NumPy and PyTorch: arrays points, labels, colors; keeps every digit"),
+    MeshPly => row("mesh-ply", "ply", "PLY", Mesh(meshes::PLY), &[Binary, Colors, SplitBoundaries],
+        "For MeshLab and trimesh: one mesh with a label and a colour a face"),
+    MeshObj => row("mesh-obj", "obj", "OBJ", Mesh(meshes::OBJ), &[Colors, SplitBoundaries],
+        "For Blender and most others: an object a part, colours in an .mtl beside it"),
+    MeshGlb => row("mesh-glb", "glb", "GLB", Mesh(glb::GLB), &[Colors, SplitBoundaries],
+        "For Blender, the web and game engines: a node, a mesh and a material a part"),
+    MeshStl => row("mesh-stl", "stl", "STL", Mesh(meshes::STL), &[Binary, Colors, SplitBoundaries],
+        "For printing and CAD: as text a solid a part, binary one solid with colours a face"),
+    PrimitivesJson => row("json", "json", "JSON", Numbers(Text(|w, set| json::write(w, set))), &[],
+        "The program's own: all there is to know, with a schema; can be opened again"),
+    PrimitivesNpz => row("npz", "npz", "NPZ", Numbers(Archive(|w, set| npz::write(w, set))), &[],
+        "For superquadric tools in Python (scale, rotation, translation, exponents, exist, …); can be opened again"),
+    PrimitivesCsv => row("csv", "csv", "CSV", Numbers(Text(|w, set| csv::write(w, set))), &[],
+        "13 numbers a line, in the order of the paper's authors (MATLAB); can be opened again"),
+    SurfacesGlb => row("surfaces-glb", "glb", "GLB", Surfaces(glb::GLB), &[Colors, Resolution],
+        "For Blender, the web and game engines: a node a primitive, at its pose"),
+    SurfacesObj => row("surfaces-obj", "obj", "OBJ", Surfaces(meshes::OBJ), &[Colors, Resolution],
+        "For Blender and most others: an object a primitive; keeps every digit"),
+    SurfacesPly => row("surfaces-ply", "ply", "PLY", Surfaces(meshes::PLY), &[Binary, Colors, Resolution],
+        "For MeshLab and trimesh: one mesh with a label and a colour a face"),
+    SurfacesStl => row("surfaces-stl", "stl", "STL", Surfaces(meshes::STL), &[Binary, Colors, Resolution],
+        "For printing and CAD: as text a solid a primitive, binary one solid with colours a face"),
+    Urdf => row("urdf", "urdf", "URDF", Writer::Robot(Robot::urdf), ROBOT,
+        "For ROS, PyBullet, Drake, Isaac: a link a primitive with visual, convex collision, mass and inertia"),
+    Mjcf => row("mjcf", "xml", "MJCF", Writer::Robot(Robot::mjcf), ROBOT,
+        "For MuJoCo: a free body, in it a body a primitive with convex geoms, mass and inertia"),
 }
 
 impl Format {
-    pub const ALL: [Self; 18] = [
-        Self::CloudPly,
-        Self::CloudCsv,
-        Self::CloudXyz,
-        Self::CloudPcd,
-        Self::CloudNpz,
-        Self::MeshPly,
-        Self::MeshObj,
-        Self::MeshGlb,
-        Self::MeshStl,
-        Self::PrimitivesJson,
-        Self::PrimitivesNpz,
-        Self::PrimitivesCsv,
-        Self::SurfacesGlb,
-        Self::SurfacesObj,
-        Self::SurfacesPly,
-        Self::SurfacesStl,
-        Self::Urdf,
-        Self::Mjcf,
-    ];
-
-    fn about(self) -> About {
-        use Choice::{
-            Binary, Colors, Density, Doubles, ExactShapes, InputAttributes, Resolution, Scale,
-            SplitBoundaries,
-        };
-        let about = |name, ending, kind, title, description, choices| About {
-            name,
-            ending,
-            kind,
-            title,
-            description,
-            choices,
-        };
-        match self {
-            Self::CloudPly => about(
-                "cloud-ply",
-                "ply",
-                Kind::Cloud,
-                "PLY",
-                "For CloudCompare, MeshLab and Open3D; keeps every digit",
-                &[Binary, Colors, InputAttributes],
-            ),
-            Self::CloudCsv => about(
-                "cloud-csv",
-                "csv",
-                Kind::Cloud,
-                "CSV",
-                "For spreadsheets, pandas and R: a line a point, with a header",
-                &[Colors, InputAttributes],
-            ),
-            Self::CloudXyz => about(
-                "cloud-xyz",
-                "xyz",
-                Kind::Cloud,
-                "XYZ text",
-                "For whatever reads columns of numbers; the label stands last",
-                &[Colors, InputAttributes],
-            ),
-            Self::CloudPcd => about(
-                "cloud-pcd",
-                "pcd",
-                Kind::Cloud,
-                "PCD",
-                "For PCL, ROS and Open3D; places in single precision, if not asked otherwise",
-                &[Binary, Colors, InputAttributes, Doubles],
-            ),
-            Self::CloudNpz => about(
-                "cloud-npz",
-                "npz",
-                Kind::Cloud,
-                "NPZ",
-                "For NumPy and PyTorch: arrays points, labels, colors; keeps every digit",
-                &[Colors, InputAttributes],
-            ),
-            Self::MeshPly => about(
-                "mesh-ply",
-                "ply",
-                Kind::Mesh,
-                "PLY",
-                "For MeshLab and trimesh: one mesh with a label and a colour a face",
-                &[Binary, Colors, SplitBoundaries],
-            ),
-            Self::MeshObj => about(
-                "mesh-obj",
-                "obj",
-                Kind::Mesh,
-                "OBJ",
-                "For Blender and most others: an object a part, colours in an .mtl beside it",
-                &[Colors, SplitBoundaries],
-            ),
-            Self::MeshGlb => about(
-                "mesh-glb",
-                "glb",
-                Kind::Mesh,
-                "GLB",
-                "For Blender, the web and game engines: a node, a mesh and a material a part",
-                &[Colors, SplitBoundaries],
-            ),
-            Self::MeshStl => about(
-                "mesh-stl",
-                "stl",
-                Kind::Mesh,
-                "STL",
-                "For printing and CAD: as text a solid a part, binary one solid with colours a face",
-                &[Binary, Colors, SplitBoundaries],
-            ),
-            Self::PrimitivesJson => about(
-                "json",
-                "json",
-                Kind::Primitives,
-                "JSON",
-                "The program's own: all there is to know, with a schema; can be opened again",
-                &[],
-            ),
-            Self::PrimitivesNpz => about(
-                "npz",
-                "npz",
-                Kind::Primitives,
-                "NPZ",
-                "For superquadric tools in Python (scale, rotation, translation, exponents, exist, …); can be opened again",
-                &[],
-            ),
-            Self::PrimitivesCsv => about(
-                "csv",
-                "csv",
-                Kind::Primitives,
-                "CSV",
-                "13 numbers a line, in the order of the paper's authors (MATLAB); can be opened again",
-                &[],
-            ),
-            Self::SurfacesGlb => about(
-                "surfaces-glb",
-                "glb",
-                Kind::Scene,
-                "GLB",
-                "For Blender, the web and game engines: a node a primitive, at its pose",
-                &[Colors, Resolution],
-            ),
-            Self::SurfacesObj => about(
-                "surfaces-obj",
-                "obj",
-                Kind::Scene,
-                "OBJ",
-                "For Blender and most others: an object a primitive; keeps every digit",
-                &[Colors, Resolution],
-            ),
-            Self::SurfacesPly => about(
-                "surfaces-ply",
-                "ply",
-                Kind::Scene,
-                "PLY",
-                "For MeshLab and trimesh: one mesh with a label and a colour a face",
-                &[Binary, Colors, Resolution],
-            ),
-            Self::SurfacesStl => about(
-                "surfaces-stl",
-                "stl",
-                Kind::Scene,
-                "STL",
-                "For printing and CAD: as text a solid a primitive, binary one solid with colours a face",
-                &[Binary, Colors, Resolution],
-            ),
-            Self::Urdf => about(
-                "urdf",
-                "urdf",
-                Kind::Scene,
-                "URDF",
-                "For ROS, PyBullet, Drake, Isaac: a link a primitive with visual, convex collision, mass and inertia",
-                &[Colors, Resolution, ExactShapes, Density, Scale],
-            ),
-            Self::Mjcf => about(
-                "mjcf",
-                "xml",
-                Kind::Scene,
-                "MJCF",
-                "For MuJoCo: a free body, in it a body a primitive with convex geoms, mass and inertia",
-                &[Colors, Resolution, ExactShapes, Density, Scale],
-            ),
-        }
-    }
-
     /// The name on the command line.
     pub fn name(self) -> &'static str {
-        self.about().name
+        self.row().name
     }
 
     /// The format of that name.
@@ -407,26 +141,36 @@ impl Format {
 
     /// Ending of the names of its files, without the dot.
     pub fn ending(self) -> &'static str {
-        self.about().ending
+        self.row().ending
     }
 
     pub fn kind(self) -> Kind {
-        self.about().kind
+        match self.writer() {
+            Writer::Cloud(_) => Kind::Cloud,
+            Writer::Mesh(_) => Kind::Mesh,
+            Writer::Numbers(_) => Kind::Primitives,
+            Writer::Surfaces(_) | Writer::Robot(_) => Kind::Scene,
+        }
+    }
+
+    /// What writes it.
+    pub(super) fn writer(self) -> Writer {
+        self.row().writer
     }
 
     /// For people, within its kind.
     pub fn title(self) -> &'static str {
-        self.about().title
+        self.row().title
     }
 
     /// One line on what it is for.
     pub fn description(self) -> &'static str {
-        self.about().description
+        self.row().description
     }
 
     /// The options that it reads.
     pub fn choices(self) -> &'static [Choice] {
-        self.about().choices
+        self.row().choices
     }
 
     /// Whether the input must be a mesh.
@@ -509,19 +253,5 @@ mod tests {
         for name in ["chair", "chair.docx", "mesh.csv", "segmented.urdf"] {
             assert_eq!(Format::from_path(Path::new(name), None), None, "{name}");
         }
-    }
-
-    #[test]
-    fn options_out_of_their_limits_are_named() {
-        assert_eq!(ExportOptions::default().check(), Ok(()));
-        let with = |change: fn(&mut ExportOptions)| {
-            let mut options = ExportOptions::default();
-            change(&mut options);
-            options.check().unwrap_err()
-        };
-        assert!(with(|o| o.resolution = 0).contains("resolution is 0"));
-        assert!(with(|o| o.density = f64::NAN).contains("density is NaN"));
-        assert!(with(|o| o.density = -1.0).contains("between"));
-        assert!(with(|o| o.scale = 0.0).contains("scale is 0.0"));
     }
 }

@@ -6,7 +6,18 @@ use nalgebra::{Isometry3, Point3};
 use serde_json::{Value, json};
 
 use super::atomic::unfit;
-use super::parts::{Parts, renumbered, rounding};
+use super::parts::{Parts, PartsFormat, renumbered};
+use super::text::rounding;
+use super::writing::content;
+
+pub(super) const GLB: PartsFormat = PartsFormat {
+    write: |writing, path, parts, options| {
+        writing.notes.extend(single_precision(parts).map_err(content(path))?);
+        writing.files.stage(path, |w| glb(w, parts, options.colors))
+    },
+    size: |n, _| n.vertices * (12 + 12 * n.normals) + n.faces * 12 + 700 * n.primitives + 400,
+    beside: |_, _| None,
+};
 
 // Numbers of the glTF specification.
 const FLOAT: u32 = 5126;
@@ -73,7 +84,7 @@ fn local(frame: &Isometry3<f64>, p: &Point3<f64>) -> Point3<f64> {
 }
 
 /// Refuses what single precision can't hold, and tells where it is coarse.
-pub(super) fn single_precision(parts: &Parts) -> io::Result<Option<String>> {
+fn single_precision(parts: &Parts) -> io::Result<Option<String>> {
     for (part, faces) in parts.parts.iter().zip(parts.by_part()) {
         let (_, used) = renumbered(&faces, parts.vertices.len());
         let places: Vec<_> = used.iter().map(|&i| local(&part.frame, &parts.vertices[i as usize])).collect();
@@ -84,7 +95,7 @@ pub(super) fn single_precision(parts: &Parts) -> io::Result<Option<String>> {
     Ok(None)
 }
 
-pub(super) fn glb(w: &mut impl Write, parts: &Parts, colors: bool) -> io::Result<()> {
+fn glb(w: &mut impl Write, parts: &Parts, colors: bool) -> io::Result<()> {
     let mut scene = Scene::default();
     for (part, faces) in parts.parts.iter().zip(parts.by_part()) {
         let (index, used) = renumbered(&faces, parts.vertices.len());

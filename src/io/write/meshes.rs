@@ -1,14 +1,77 @@
 //! Meshes in parts as PLY, OBJ and STL.
 
 use std::io::{self, Write};
+use std::path::{Path, PathBuf};
 
 use nalgebra::{Point3, Vector3};
 
-use super::cloud::{Text, begin_ply};
-use super::parts::Parts;
+use super::cloud::begin_ply;
+use super::parts::{Parts, PartsFormat};
+use super::place::is_written_through;
+use super::text::Text;
+use super::writing::{Writing, content};
+use crate::io::error::WriteError;
+
+pub(super) const PLY: PartsFormat = PartsFormat {
+    write: |writing, path, parts, options| {
+        writing.files.stage(path, |w| ply(w, parts, options.binary, options.colors))
+    },
+    size: |n, options| match options.binary {
+        true => n.vertices * (24 + 12 * n.normals) + n.faces * (17 + 3 * n.colors) + 400,
+        false => n.vertices * (n.place + 36 * n.normals) + n.faces * (3 * n.digits + 8 + 12 * n.colors) + 400,
+    },
+    beside: |_, _| None,
+};
+pub(super) const OBJ: PartsFormat = PartsFormat {
+    write: |writing, path, parts, options| obj_with_materials(writing, path, parts, options.colors),
+    size: |n, _| {
+        n.vertices * (n.place + 2 + 36 * n.normals)
+            + n.faces * (3 * n.digits + 5 + (3 * n.digits + 6) * n.normals)
+            + 100 * n.primitives
+    },
+    beside: |path, options| materials(path).filter(|_| options.colors),
+};
+pub(super) const STL: PartsFormat = PartsFormat {
+    write: |writing, path, parts, options| {
+        if !options.binary {
+            return writing.files.stage(path, |w| stl_text(w, parts));
+        }
+        writing.notes.extend(parts.single_precision().map_err(content(path))?);
+        writing.files.stage(path, |w| stl_binary(w, parts, options.colors))
+    },
+    size: |n, options| if options.binary { 84 + 50 * n.faces } else { n.faces * (3 * n.place + 100) },
+    beside: |_, _| None,
+};
+
+/// The file beside an OBJ that has its colours, if there is a place beside it.
+fn materials(path: &Path) -> Option<PathBuf> {
+    // The OBJ is text, and must be able to name it.
+    let name = path.with_extension("mtl").file_name()?.to_string_lossy().into_owned();
+    (!is_written_through(path)).then(|| path.with_file_name(name))
+}
+
+fn obj_with_materials(
+    writing: &mut Writing,
+    path: &Path,
+    parts: &Parts,
+    colors: bool,
+) -> Result<(), WriteError> {
+    let materials = materials(path).filter(|_| colors);
+    if colors && materials.is_none() {
+        let lost = "an OBJ has its colours in a file beside it, and here is no place for one: \
+                    they are left out";
+        writing.notes.push(lost.to_owned());
+    }
+    let name = materials.as_deref().and_then(Path::file_name).map(|n| n.to_string_lossy());
+    writing.files.stage(path, |w| obj(w, parts, name.as_deref()))?;
+    match materials {
+        Some(materials) => writing.files.stage(&materials, |w| mtl(w, parts)),
+        None => Ok(()),
+    }
+}
 
 /// One mesh, its faces in their order, each with the id of its part.
-pub(super) fn ply(w: &mut impl Write, parts: &Parts, binary: bool, colors: bool) -> io::Result<()> {
+fn ply(w: &mut impl Write, parts: &Parts, binary: bool, colors: bool) -> io::Result<()> {
     begin_ply(w, binary, parts.vertices.len())?;
     if parts.normals.is_some() {
         w.write_all(b"property float nx\nproperty float ny\nproperty float nz\n")?;
@@ -49,7 +112,7 @@ pub(super) fn ply(w: &mut impl Write, parts: &Parts, binary: bool, colors: bool)
 }
 
 /// An object a part; their colours are in the file of materials `mtl`.
-pub(super) fn obj(w: &mut impl Write, parts: &Parts, mtl: Option<&str>) -> io::Result<()> {
+fn obj(w: &mut impl Write, parts: &Parts, mtl: Option<&str>) -> io::Result<()> {
     writeln!(w, "# superform {}; an object a primitive", env!("CARGO_PKG_VERSION"))?;
     if let Some(mtl) = mtl {
         writeln!(w, "mtllib {mtl}")?;
@@ -79,7 +142,7 @@ pub(super) fn obj(w: &mut impl Write, parts: &Parts, mtl: Option<&str>) -> io::R
 }
 
 /// The materials of an OBJ.
-pub(super) fn mtl(w: &mut impl Write, parts: &Parts) -> io::Result<()> {
+fn mtl(w: &mut impl Write, parts: &Parts) -> io::Result<()> {
     for part in &parts.parts {
         let [r, g, b] = part.color.map(|c| f32::from(c) / 255.0);
         write!(w, "newmtl {}\nKa 0 0 0\nKd {r:.4} {g:.4} {b:.4}\nKs 0 0 0\nillum 1\n\n", part.name)?;
@@ -95,7 +158,7 @@ fn normal([a, b, c]: &[Point3<f64>; 3]) -> Vector3<f64> {
 }
 
 /// A solid a part.
-pub(super) fn stl_text(w: &mut impl Write, parts: &Parts) -> io::Result<()> {
+fn stl_text(w: &mut impl Write, parts: &Parts) -> io::Result<()> {
     for (part, faces) in parts.parts.iter().zip(parts.by_part()) {
         writeln!(w, "solid {}", part.name)?;
         for face in faces {

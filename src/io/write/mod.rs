@@ -7,130 +7,26 @@ mod export;
 mod formats;
 mod glb;
 mod meshes;
-mod npy;
-mod params;
+mod options;
+mod outcome;
 mod parts;
 mod place;
 mod report;
 mod robot;
+mod run;
 mod standard;
+mod text;
+mod writing;
 
-use std::io::{self, Write};
-use std::path::{Path, PathBuf};
-
-use serde::Serialize;
-
-pub use animation::{AnimationFormat, AnimationWriter, LARGEST_GIF};
+pub use animation::{AnimationFormat, AnimationWriter, LARGEST_GIF, write_picture};
+pub(super) use atomic::unfit;
 pub use atomic::{move_whole, write_streamed, write_whole};
-pub use export::{Exported, estimated_size, export, export_all, export_primitives, outputs};
-pub use formats::{Choice, ExportOptions, Format, Kind};
-pub(super) use params::PrimitiveEntry;
-pub use params::{PrimitiveSet, primitives_text};
+pub use export::{Exported, estimated_size, export, export_all, export_primitives, outputs, primitives_text};
+pub use formats::Format;
+pub use options::{Choice, ExportOptions, Kind};
+pub use outcome::Outcome;
 pub use place::{is_standard_output, is_written_through};
 pub use report::{PhaseTimes, RunRecord, write_report_json};
+pub use run::{run_outputs, write_primitives_json, write_run, write_segmented_ply};
 pub use standard::print;
-
-use self::atomic::Staged;
-use self::cloud::SegmentedCloud;
-use self::export::Writing;
-use super::{Shape, WriteError};
-use crate::geometry::palette::Colors;
-use crate::geometry::{SampleCloud, SamplingOptions};
-use crate::inference::{Abstraction, Params};
-
-/// Names of the files that [`write_run`] puts into a folder.
-pub const SEGMENTED_FILE: &str = "segmented.ply";
-pub const PRIMITIVES_FILE: &str = "primitives.json";
-pub const REPORT_FILE: &str = "report.json";
-
-/// A state of a run with all that it came from: what the files are made of.
-#[derive(Debug, Clone, Copy)]
-pub struct Outcome<'a> {
-    /// Of the primitives and their points.
-    pub colors: &'a Colors,
-    pub shape: &'a Shape,
-    pub cloud: &'a SampleCloud,
-    pub sampling: SamplingOptions,
-    pub params: &'a Params,
-    pub abstraction: &'a Abstraction,
-}
-
-/// Writes the segmented cloud as binary little-endian PLY: for each point
-/// `x y z` (double, input units), `red green blue` (uchar, the palette's
-/// colour of the primitive) and `label` (int, the primitive's id in
-/// `primitives.json`; −1 where the point belongs to none); then, where the
-/// input says so of its points, `nx ny nz` (float), `input_label` and
-/// `input_red input_green input_blue`.
-///
-/// For an input cloud these are all its points in input order, each with the
-/// label of the sample that stands for it; points that are not finite are
-/// written as they were, with label −1. For an input mesh its samples are the
-/// cloud.
-///
-/// # Errors
-/// Where the file can't be written. It is written whole or not at all.
-pub fn write_segmented_ply(path: &Path, outcome: &Outcome<'_>) -> Result<(), WriteError> {
-    Staged::with(path, |w| segmented_ply(w, outcome))?.persist()
-}
-
-/// Writes the primitives as JSON: `{"format": "superform-primitives",
-/// "version": 1, …, "primitives": [{"id", "eps": [ε1, ε2], "scale": [ax, ay,
-/// az], "rotation": [rows of world_from_local], "translation", "taper": [kx,
-/// ky], "sigma", "points", "mean_distance"}]}`, lengths in input units. The
-/// same run gives the same bytes. The schema is `docs/primitives.schema.json`.
-///
-/// # Errors
-/// Where the file can't be written or a primitive has a parameter that is not
-/// finite. It is written whole or not at all.
-pub fn write_primitives_json(path: &Path, outcome: &Outcome<'_>) -> Result<(), WriteError> {
-    Staged::with(path, |w| PrimitiveSet::from(outcome).json(w))?.persist()
-}
-
-/// Writes a picture as PNG.
-///
-/// # Errors
-/// Where the file can't be written. It is written whole or not at all.
-pub fn write_picture(path: &Path, picture: &image::RgbaImage) -> Result<(), WriteError> {
-    Staged::with(path, |w| picture.write_to(w, image::ImageFormat::Png).map_err(io::Error::other))?.persist()
-}
-
-/// Writes the three files of a run into a folder, which is made if it isn't
-/// there, and more under names that tell their formats
-/// ([`Format::from_path`]): all files or none.
-///
-/// # Errors
-/// Where one of them can't be written or a name tells no format; then none is,
-/// what stood there stays, and a folder made for them is gone again.
-pub fn write_run(
-    folder: &Path,
-    more: &[String],
-    outcome: &Outcome<'_>,
-    record: &RunRecord,
-) -> Result<Exported, WriteError> {
-    let mut writing = Writing::default();
-    writing.files.folder(folder)?;
-    writing.files.stage(&folder.join(SEGMENTED_FILE), |w| segmented_ply(w, outcome))?;
-    writing.files.stage(&folder.join(PRIMITIVES_FILE), |w| PrimitiveSet::from(outcome).json(w))?;
-    writing.files.stage(&folder.join(REPORT_FILE), |w| report::report_json(w, folder, outcome, record))?;
-    writing.all(folder, more, &ExportOptions::default(), outcome)?;
-    writing.finish()
-}
-
-/// The files that [`write_run`] would write over, and those that it is for.
-pub fn run_outputs(folder: &Path, more: &[String]) -> Vec<PathBuf> {
-    let more = more.iter().flat_map(|name| {
-        let format = Format::from_path(Path::new(name), None);
-        format.map(|format| outputs(&folder.join(name), format, &ExportOptions::default()))
-    });
-    let own = [SEGMENTED_FILE, PRIMITIVES_FILE, REPORT_FILE].map(|name| folder.join(name));
-    own.into_iter().chain(more.flatten()).collect()
-}
-
-fn segmented_ply(w: &mut impl Write, outcome: &Outcome<'_>) -> io::Result<()> {
-    SegmentedCloud::new(outcome, &ExportOptions::default())?.ply(w, true)
-}
-
-fn json(w: &mut impl Write, value: &impl Serialize) -> io::Result<()> {
-    serde_json::to_writer_pretty(&mut *w, value)?;
-    writeln!(w)
-}
+pub(super) use text::{Text, file_label, json};

@@ -3,21 +3,24 @@
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io;
+use std::path::{Path, PathBuf};
 
 use nalgebra::{Isometry3, Point3, Rotation3, Translation3, UnitQuaternion, Vector3};
 
-use super::Outcome;
 use super::atomic::unfit;
-use super::cloud::file_label;
-use super::formats::ExportOptions;
-use super::params::{PrimitiveSet, checked};
+use super::options::ExportOptions;
+use super::outcome::Outcome;
+use super::text::{file_label, mean_place, rounding};
+use super::writing::Writing;
 use crate::geometry::mesh::bounds;
 use crate::geometry::palette::UNASSIGNED_COLOR;
 use crate::geometry::segmentation::{face_labels, split_at_boundaries};
 use crate::geometry::tessellate::{Resolution, Surface, tessellate};
 use crate::geometry::{Superquadric, TriMesh};
 use crate::inference::UNASSIGNED;
-use crate::io::ShapeGeometry;
+use crate::io::error::WriteError;
+use crate::io::primitives::{PrimitiveSet, checked};
+use crate::io::shape::ShapeGeometry;
 
 /// A mesh farther from the origin than this many times its size is written
 /// about its own centre where a format has single precision only.
@@ -25,6 +28,70 @@ const FAR: f64 = 16.0;
 /// Vertices of a primitive nearer than this, in semi-axes, are one. In single
 /// precision, and to readers of STL, they would be the same.
 const WELD: f64 = 1e-6;
+
+/// A format of meshes in parts.
+#[derive(Clone, Copy)]
+pub(super) struct PartsFormat {
+    pub(super) write: fn(&mut Writing, &Path, &Parts, &ExportOptions) -> Result<(), WriteError>,
+    /// About how many bytes that is.
+    pub(super) size: fn(&PartsCounts, &ExportOptions) -> u64,
+    /// The file beside it that it refers to.
+    pub(super) beside: fn(&Path, &ExportOptions) -> Option<PathBuf>,
+}
+
+/// What the size of a mesh's file depends on.
+#[derive(Debug)]
+pub(super) struct PartsCounts {
+    pub(super) vertices: u64,
+    pub(super) faces: u64,
+    pub(super) primitives: u64,
+    /// Characters of a place, and of the number of a vertex.
+    pub(super) place: u64,
+    pub(super) digits: u64,
+    /// 1 where vertices have normals, faces colours; else 0.
+    pub(super) normals: u64,
+    pub(super) colors: u64,
+}
+
+impl PartsCounts {
+    /// Of the input's mesh.
+    pub(super) fn of_mesh(outcome: &Outcome<'_>, options: &ExportOptions) -> Self {
+        let (vertices, faces) = match &outcome.shape.geometry {
+            ShapeGeometry::Mesh(mesh) => (&mesh.vertices, mesh.faces.len() as u64),
+            ShapeGeometry::Cloud(input) => (&input.points, 0),
+        };
+        // How much cutting adds depends on the boundaries.
+        let samples = if options.split_boundaries { outcome.cloud.points.len() as u64 } else { 0 };
+        let place = mean_place(vertices);
+        Self::new(vertices.len() as u64 + 8 * samples, faces + 16 * samples, (place, 0), outcome, options)
+    }
+
+    /// Of the surfaces of the primitives.
+    pub(super) fn of_surfaces(outcome: &Outcome<'_>, options: &ExportOptions) -> Self {
+        let primitives = outcome.abstraction.primitives.len() as u64;
+        let surface = options.surface();
+        let (vertices, faces) = (surface.vertices() as u64, surface.faces_len() as u64);
+        Self::new(primitives * vertices, primitives * faces, (57, 1), outcome, options)
+    }
+
+    fn new(
+        vertices: u64,
+        faces: u64,
+        (place, normals): (u64, u64),
+        outcome: &Outcome<'_>,
+        options: &ExportOptions,
+    ) -> Self {
+        Self {
+            vertices,
+            faces,
+            primitives: outcome.abstraction.primitives.len() as u64,
+            place,
+            digits: 1 + u64::from(vertices.max(1).ilog10()),
+            normals,
+            colors: options.colors.into(),
+        }
+    }
+}
 
 /// What there is to say of a part.
 #[derive(Debug, Clone)]
@@ -133,23 +200,6 @@ impl Parts {
     pub(super) fn single_precision(&self) -> io::Result<Option<String>> {
         rounding(self.vertices.iter())
     }
-}
-
-/// What becomes of places in single precision: an error where one is out of its
-/// range, a sentence where they lose more than a millionth of their extent.
-pub(super) fn rounding<'a>(
-    places: impl Iterator<Item = &'a Point3<f64>> + Clone,
-) -> io::Result<Option<String>> {
-    let finite = |p: &&Point3<f64>| p.iter().all(|c| c.is_finite());
-    let coordinates = places.clone().filter(finite).flat_map(|p| p.iter().copied());
-    if coordinates.clone().any(|c| !(c as f32).is_finite()) {
-        return Err(unfit(
-            "a place is too far off for single precision; take a format with double precision",
-        ));
-    }
-    let off = coordinates.map(|c| (f64::from(c as f32) - c).abs()).fold(0.0, f64::max);
-    let extent = bounds(places.filter(finite).copied()).map_or(0.0, |(lo, hi)| (hi - lo).amax());
-    Ok((off > 1e-6 * extent).then(|| format!("places were rounded to single precision, by up to {off:.2e}")))
 }
 
 /// A frame about the middle of the points where they are far from the origin.
@@ -263,6 +313,7 @@ pub(super) fn input_mesh<'a>(outcome: &Outcome<'a>) -> Option<&'a TriMesh> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geometry::mesh::volume;
 
     #[test]
     fn surfaces_stay_closed_where_a_taper_collapses_their_caps() {
@@ -273,28 +324,22 @@ mod tests {
                 shape.taper = taper;
                 let surface = closed(&shape, Resolution { profile: 8, section: 8 });
                 let mut open: HashMap<(u32, u32), i32> = HashMap::new();
-                let mut volume = 0.0;
                 for &[a, b, c] in &surface.faces {
                     for (from, to) in [(a, b), (b, c), (c, a)] {
                         *open.entry((from, to)).or_default() += 1;
                         *open.entry((to, from)).or_default() -= 1;
                     }
-                    let [p, q, r] = [a, b, c].map(|i| surface.vertices[i as usize].coords);
-                    volume += p.dot(&q.cross(&r)) / 6.0;
                 }
                 assert!(open.values().all(|&n| n == 0), "{eps:?} {taper:?}");
+                let volume = volume(&surface.vertices, &surface.faces);
                 assert!((volume / shape.volume() - 1.0).abs() < 0.05, "{eps:?} {taper:?}: {volume}");
             }
         }
     }
 
     #[test]
-    fn coarse_numbers_are_told_and_too_large_ones_refused() {
+    fn what_is_far_off_is_written_about_its_centre() {
         let p = |x: f64| Point3::new(x, 0.0, 0.0);
-        assert_eq!(rounding([p(0.1), p(0.7)].iter()).unwrap(), None);
-        assert!(rounding([p(5_400_000.1), p(5_400_001.3)].iter()).unwrap().is_some());
-        assert!(rounding([p(1e300)].iter()).is_err());
-        assert_eq!(rounding([p(f64::NAN)].iter()).unwrap(), None);
         assert_eq!(about_center(&[p(1.0), p(2.0)]), Isometry3::identity());
         assert_eq!(about_center(&[p(1e6), p(1e6 + 2.0)]).translation.vector.x, 1e6 + 1.0);
     }

@@ -7,10 +7,13 @@ use std::time::Duration;
 use serde::Serialize;
 
 use super::atomic::Staged;
-use super::{Outcome, json};
+use super::outcome::Outcome;
+use super::text::json;
 use crate::geometry::{Isolated, SampledPart, Surface};
 use crate::inference::{MergeReport, Method, Params, Phase, UNASSIGNED};
-use crate::io::{Content, Shape, ShapeGeometry, StoredPath, WriteError};
+use crate::io::error::WriteError;
+use crate::io::paths::StoredPath;
+use crate::io::shape::{Content, Shape, ShapeGeometry};
 
 /// How a run went, for the report.
 #[derive(Debug, Clone, Default)]

@@ -4,18 +4,24 @@
 use std::f64::consts::PI;
 use std::ffi::OsStr;
 use std::fmt::Write as _;
-use std::io;
+use std::fs;
+use std::io::{self, Write as _};
 use std::path::{Path, PathBuf};
 
-use nalgebra::{Isometry3, Point3, Vector3};
+use nalgebra::{Isometry3, Vector3};
 
-use super::cloud::Text;
-use super::formats::ExportOptions;
-use super::params::{PrimitiveSet, checked, yaw_pitch_roll};
+use super::meshes::stl_binary;
+use super::options::ExportOptions;
 use super::parts::{Part, Parts, closed};
+use super::place::is_written_through;
+use super::text::Text;
+use super::writing::{Writing, content};
 use crate::geometry::hull::convex_hull;
+use crate::geometry::mesh::volume;
 use crate::geometry::tessellate::{Resolution, Surface, tessellate};
 use crate::geometry::{MassProperties, Superquadric};
+use crate::io::error::WriteError;
+use crate::io::primitives::{PrimitiveSet, checked, yaw_pitch_roll};
 
 /// An exponent up to this counts as 0, one that is no farther from 1 as 1.
 const EXPONENT: f64 = 0.1;
@@ -131,16 +137,46 @@ pub(super) struct Robot {
     colors: bool,
 }
 
+/// Adds a model and its meshes to what is written; `format` is what messages call it.
+pub(super) fn stage(
+    writing: &mut Writing,
+    path: &Path,
+    (format, model): (&str, fn(&Robot) -> String),
+    options: &ExportOptions,
+    set: &PrimitiveSet<'_>,
+) -> Result<(), WriteError> {
+    if is_written_through(path) {
+        let problem = format!("{format} has meshes beside it, and here is no place for them; name a file");
+        return Err(WriteError::Content { path: path.to_owned(), problem });
+    }
+    let robot = Robot::new(set, options, name(path)).map_err(content(path))?;
+    let text = model(&robot);
+    writing.files.stage(path, |w| w.write_all(text.as_bytes()))?;
+    let folder = meshes_folder(path);
+    writing.files.folder(&folder)?;
+    for (name, mesh) in robot.meshes() {
+        writing.files.stage(&folder.join(name), |w| stl_binary(w, mesh, false))?;
+    }
+    writing.notes.extend(robot.notes());
+    Ok(())
+}
+
+/// The meshes beside a model that are there already, and may be written over.
+pub(super) fn meshes_there(path: &Path) -> impl Iterator<Item = PathBuf> {
+    let there = fs::read_dir(meshes_folder(path)).into_iter().flatten().flatten();
+    there.filter(|entry| is_mesh(&entry.file_name())).map(|entry| entry.path())
+}
+
 /// What the model of a file is called: like the file, as far as simulators take
 /// its letters.
-pub(super) fn name(path: &Path) -> String {
+fn name(path: &Path) -> String {
     let stem = path.file_stem().unwrap_or_default().to_string_lossy();
     let name: String = stem.chars().map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect();
     if name.is_empty() { "superform".to_owned() } else { name }
 }
 
 /// The folder of its meshes.
-pub(super) fn meshes_folder(path: &Path) -> PathBuf {
+fn meshes_folder(path: &Path) -> PathBuf {
     path.with_file_name(folder_name(&name(path)))
 }
 
@@ -149,13 +185,13 @@ fn folder_name(name: &str) -> String {
 }
 
 /// Whether a file of that folder may be one of its meshes.
-pub(super) fn is_mesh(name: &OsStr) -> bool {
+fn is_mesh(name: &OsStr) -> bool {
     name.as_encoded_bytes().starts_with(LINK.as_bytes())
 }
 
 impl Robot {
     /// The model of primitives.
-    pub(super) fn new(set: &PrimitiveSet<'_>, options: &ExportOptions, name: String) -> io::Result<Self> {
+    fn new(set: &PrimitiveSet<'_>, options: &ExportOptions, name: String) -> io::Result<Self> {
         let fine = options.resolution.min(FINEST);
         let bodies = set.primitives.iter().map(|primitive| {
             let shape = checked(primitive)?.shape;
@@ -177,7 +213,7 @@ impl Robot {
                 // So thin that it has no inside in double precision.
                 None => closed(&local, COLLISION),
             };
-            let larger = volume(&hull) / properties.volume - 1.0;
+            let larger = volume(&hull.vertices, &hull.faces) / properties.volume - 1.0;
             let exact = Exact::of(&shape).filter(|_| options.exact_shapes);
             Ok(Body {
                 name: format!("{LINK}{}", primitive.id),
@@ -197,7 +233,7 @@ impl Robot {
     }
 
     /// Names and content of the meshes.
-    pub(super) fn meshes(&self) -> impl Iterator<Item = (String, &Parts)> {
+    fn meshes(&self) -> impl Iterator<Item = (String, &Parts)> {
         self.bodies.iter().flat_map(|body| {
             [
                 (format!("{}.stl", body.name), &body.visual),
@@ -207,7 +243,7 @@ impl Robot {
     }
 
     /// What a person should know.
-    pub(super) fn notes(&self) -> Vec<String> {
+    fn notes(&self) -> Vec<String> {
         let larger = self.bodies.iter().filter(|body| body.exact.is_none());
         let larger = larger.filter_map(|body| {
             let percent = 100.0 * body.excess?;
@@ -404,11 +440,6 @@ fn single(surface: Surface) -> Parts {
         faces: surface.faces,
         parts: vec![part],
     }
-}
-
-fn volume(surface: &Surface) -> f64 {
-    let at = |i: u32| -> Vector3<f64> { surface.vertices[i as usize] - Point3::origin() };
-    surface.faces.iter().map(|&[a, b, c]| at(a).dot(&at(b).cross(&at(c))) / 6.0).sum()
 }
 
 /// Bytes that a model takes, meshes and all.

@@ -5,12 +5,12 @@ use std::time::Duration;
 
 use super::super::machine::Machine;
 use super::super::protocol::{Cause, Event, LoadedShape, SamplingOptions, Source};
-use super::super::source::{self, Found};
+use super::super::source;
 use super::super::trouble::{Stop, guarded};
 use super::{Engine, Present};
 use crate::geometry::SampleCloud;
 use crate::inference::{Abstraction, Algorithm, Cancel, Occurrence, Params, Primitive};
-use crate::io::{OpenedResult, Shape};
+use crate::io::{Opened, OpenedResult, ReadError, Shape};
 
 impl<M: Machine> Engine<M> {
     /// Whether there is a new shape; if not, all is as it was.
@@ -26,8 +26,11 @@ impl<M: Machine> Engine<M> {
                 return Err(Stop::Cancelled);
             }
             match source::read(source).map_err(|error| Stop::trouble(what.as_str(), error))? {
-                Found::Shape(shape) => sampled::<M>(&what, Arc::new(shape), sampling, params, &cancel),
-                Found::Result(result) => taken::<M>(&what, *result, sampling, params, &cancel),
+                Opened::Shape(shape) => sampled::<M>(&what, Arc::new(shape), sampling, params, &cancel),
+                Opened::Result(result) => taken::<M>(&what, *result, sampling, params, &cancel),
+                Opened::Session(path) => {
+                    Err(Stop::trouble(what.as_str(), ReadError::Session { path }.to_string()))
+                }
             }
         });
         self.take_in(outcome)

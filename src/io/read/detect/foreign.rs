@@ -3,29 +3,16 @@
 use std::io::Cursor;
 
 use crate::io::read::text;
+use advice::{
+    CONVERT_CLOUD, CONVERT_MAP, CONVERT_MESH, CONVERT_SOLID, COPY_AGAIN, FROM_BLENDER, FROM_RECORDING, Known,
+    NO_SHAPE, OPEN_MESHES, SAVE_ARRAY, SAVE_TABLE, SAVE_TENSOR, UNPACK,
+};
 use endings::by_ending;
 
+mod advice;
 mod endings;
 
 pub(super) use endings::by_ending as foreign_ending;
-
-/// What a file is, and what to do.
-pub(super) type Known = (&'static str, &'static str);
-
-const CONVERT_MESH: &str = "convert it to OBJ, PLY, STL or glTF, with Blender or MeshLab, say";
-const CONVERT_CLOUD: &str = "convert it to PLY, PCD, LAS or XYZ text, with CloudCompare, say";
-const CONVERT_SOLID: &str = "export a mesh of it (STL, OBJ) from a CAD program";
-const CONVERT_MAP: &str = "convert it to XYZ text in metres, with QGIS, say";
-const FROM_BLENDER: &str = "export it from Blender as OBJ, PLY, STL or glTF";
-const FROM_RECORDING: &str = "export a cloud from it, as PCD, say";
-const UNPACK: &str = "unpack it first and open the shape in it";
-const NO_SHAPE: &str = "give a mesh or a point cloud";
-const SAVE_ARRAY: &str = "save the points as an array (.npy, N×3) or as XYZ text";
-const SAVE_TENSOR: &str =
-    "save the points of it as an array, as with np.save(\"points.npy\", tensor.numpy())";
-const SAVE_TABLE: &str = "save the sheet with the points as CSV";
-const OPEN_MESHES: &str = "open one of the meshes that it names";
-const COPY_AGAIN: &str = "copy or export it again";
 
 /// By the first bytes, and by what is in an archive. What only tells how
 /// content is packed leaves it to the name's ending to say what that is.

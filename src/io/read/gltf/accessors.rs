@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 use std::path::Path;
 
-use super::schema::{Accessor, Root};
-use super::{buffers, entry, extensions};
+use super::schema::{Accessor, Root, entry};
+use super::{buffers, extensions};
 use crate::io::error::Fault;
 use crate::io::read::text::shortened;
 

@@ -5,9 +5,9 @@ use std::borrow::Cow;
 use std::path::{Path, PathBuf};
 
 use super::schema::Buffer;
+use crate::io::content::content;
 use crate::io::error::Fault;
-use crate::io::paths::path_of;
-use crate::io::read::content;
+use crate::io::paths::{path_of, percent_bytes};
 use crate::io::read::text::quoted;
 
 /// The JSON and the binary part of a GLB file.
@@ -139,27 +139,6 @@ fn base64(text: &[u8]) -> Option<Vec<u8>> {
     Some(bytes)
 }
 
-/// `a%20b` becomes `a b`.
-pub(crate) fn percent_bytes(uri: &str) -> Vec<u8> {
-    let mut bytes = Vec::with_capacity(uri.len());
-    let mut rest = uri.as_bytes();
-    while let [first, tail @ ..] = rest {
-        let hex = |c: u8| char::from(c).to_digit(16);
-        (bytes, rest) = match (first, tail) {
-            (b'%', [high, low, tail @ ..]) if hex(*high).is_some() && hex(*low).is_some() => {
-                let byte = hex(*high).unwrap_or_default() * 16 + hex(*low).unwrap_or_default();
-                bytes.push(byte as u8);
-                (bytes, tail)
-            }
-            _ => {
-                bytes.push(*first);
-                (bytes, tail)
-            }
-        };
-    }
-    bytes
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -174,12 +153,5 @@ mod tests {
         assert_eq!(base64(b"-_+/"), Some(vec![0xfb, 0xff, 0xbf]));
         assert_eq!(base64(b"Zm 9\r\nv"), Some(b"foo".to_vec()));
         assert_eq!(base64(b"Zm~9"), None);
-    }
-
-    #[test]
-    fn percent_signs_are_decoded() {
-        assert_eq!(percent_bytes("a%20b%C3%BC.bin"), "a bü.bin".as_bytes());
-        assert_eq!(percent_bytes("100%"), b"100%");
-        assert_eq!(percent_bytes("%zz%4%E4"), b"%zz%4\xe4");
     }
 }

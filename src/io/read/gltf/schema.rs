@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use serde::Deserialize;
 
+use crate::io::error::Fault;
+
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Root {
@@ -166,4 +168,12 @@ pub(super) struct BufferView {
 pub(super) struct Buffer {
     /// Without one, the buffer is the binary part of a GLB file.
     pub(super) uri: Option<String>,
+}
+
+/// An entry of one of the file's lists.
+pub(super) fn entry<'a, T>(list: &'a [T], index: usize, what: &str) -> Result<&'a T, Fault> {
+    list.get(index).ok_or_else(|| {
+        let number = list.len();
+        Fault::whole(format!("it refers to {what} {index}, but has {number}; export the shape again"))
+    })
 }

@@ -6,11 +6,13 @@ use std::io::{Cursor, Read};
 
 use zip::ZipArchive;
 
-use super::header::{Header, LONGEST};
-use super::{Array, Grid, listed, shown};
+use super::grid::Grid;
+use super::{Array, listed};
+use crate::io::content::most_unpacked;
 use crate::io::error::Fault;
+use crate::io::npy::{Header, LONGEST, shown};
+use crate::io::primitives::schema::arrays as schema;
 use crate::io::read::columns;
-use crate::io::read::most_unpacked;
 use crate::io::read::raw::Raw;
 use crate::io::read::text::counted;
 
@@ -85,7 +87,8 @@ pub(in crate::io::read) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
     let vertices = named(&VERTICES, &is_triples);
     // Beside primitives other arrays may be called so: numbers of points, say.
     let has = |wanted: &str| arrays.iter().any(|(name, _)| name == wanted);
-    let of_primitives = named(&["pc"], &is_cloud).filter(|_| ["scale", "exponents"].into_iter().all(has));
+    let of_primitives = named(&[schema::CLOUD], &is_cloud)
+        .filter(|_| [schema::SCALE, schema::EXPONENTS].into_iter().all(has));
     let points = match (vertices, faces) {
         _ if of_primitives.is_some() => of_primitives,
         (Some(vertices), Some(_)) => Some(vertices),

@@ -1,6 +1,6 @@
 //! Arrays of more than two dimensions: one cloud in a grid, or several shapes.
 
-use super::Grid;
+use super::grid::Grid;
 use crate::io::read::text::counted;
 
 /// With fewer points than this, an entry of an array is no shape of its own.

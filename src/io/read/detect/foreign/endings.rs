@@ -1,6 +1,6 @@
 //! What a name's ending says of a content that says nothing itself.
 
-use super::{
+use super::advice::{
     CONVERT_CLOUD, CONVERT_MAP, CONVERT_MESH, CONVERT_SOLID, FROM_BLENDER, FROM_RECORDING, Known, NO_SHAPE,
     SAVE_ARRAY, SAVE_TABLE, SAVE_TENSOR,
 };

@@ -1,19 +1,49 @@
 //! Primitives as lines of 13 numbers, in the order of the paper's authors.
 
+use std::io::{self, Write};
+
 use nalgebra::{Rotation3, Vector3};
 
-use super::Found;
+use super::angles::yaw_pitch_roll;
+use super::schema::COLUMNS;
+use super::set::{PrimitiveSet, checked};
+use super::stored::Found;
 use crate::geometry::Superquadric;
 use crate::inference::Primitive;
 use crate::io::error::Fault;
 use crate::io::read::text::{lines, number, quoted};
-
-/// Names of the columns. Rz(yaw)·Ry(pitch)·Rx(roll) takes local to world.
-pub(in crate::io) const COLUMNS: [&str; 13] =
-    ["e1", "e2", "ax", "ay", "az", "yaw", "pitch", "roll", "tx", "ty", "tz", "kx", "ky"];
+use crate::io::write::Text;
 
 /// Columns of a primitive that is not tapered.
 const WITHOUT_TAPER: usize = 11;
+
+/// 13 columns in the order of the paper's authors.
+pub(in crate::io) fn write(w: &mut (impl Write + ?Sized), set: &PrimitiveSet<'_>) -> io::Result<()> {
+    let ids: String = set.primitives.iter().map(|p| format!(" {}", p.id)).collect();
+    write!(
+        w,
+        "# superform-primitives; lengths in units of the input, angles in radians; \
+         Rz(yaw) Ry(pitch) Rx(roll) takes local to world\n\
+         # ids{ids}\n\
+         # {}\n",
+        COLUMNS.join(",")
+    )?;
+    for primitive in set.primitives {
+        let shape = &checked(primitive)?.shape;
+        let numbers = shape
+            .exponents
+            .into_iter()
+            .chain(shape.semi_axes.iter().copied())
+            .chain(yaw_pitch_roll(&shape.rotation))
+            .chain(shape.translation.iter().copied())
+            .chain(shape.taper);
+        for (k, number) in numbers.enumerate() {
+            write!(w, "{}{}", if k > 0 { "," } else { "" }, Text(number))?;
+        }
+        writeln!(w)?;
+    }
+    Ok(())
+}
 
 pub(super) fn parse(text: &str) -> Result<Found, Fault> {
     let mut ids: Option<Vec<u32>> = None;

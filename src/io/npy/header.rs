@@ -5,9 +5,9 @@ use crate::io::read::columns::names_of_parts;
 use crate::io::read::scalar::Scalar;
 use crate::io::read::text::quoted;
 
-pub(super) const MAGIC: &[u8] = b"\x93NUMPY";
+pub(in crate::io) const MAGIC: &[u8] = b"\x93NUMPY";
 /// A longer header is no header: NumPy itself refuses more than 10000 bytes.
-pub(super) const LONGEST: usize = 1 << 16;
+pub(in crate::io) const LONGEST: usize = 1 << 16;
 /// Lists in lists in lists, at most.
 const DEEPEST: usize = 8;
 /// Numbers that an element may have.
@@ -15,33 +15,69 @@ const MOST_COLUMNS: usize = 1 << 12;
 
 /// A number of an element.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Column {
+pub(in crate::io) struct Column {
     /// In lower case; empty where an element is one number.
-    pub(super) name: String,
-    pub(super) scalar: Scalar,
-    pub(super) big_endian: bool,
-    pub(super) offset: usize,
+    pub(in crate::io) name: String,
+    pub(in crate::io) scalar: Scalar,
+    pub(in crate::io) big_endian: bool,
+    pub(in crate::io) offset: usize,
 }
 
 #[derive(Debug, Clone)]
-pub(super) struct Header {
+pub(in crate::io) struct Header {
     /// As the file writes it.
-    pub(super) type_name: String,
-    pub(super) columns: Vec<Column>,
+    pub(in crate::io) type_name: String,
+    pub(in crate::io) columns: Vec<Column>,
     /// Whether elements have names for their parts.
-    pub(super) is_structured: bool,
+    pub(in crate::io) is_structured: bool,
+    /// Where an element is a text: of characters of four bytes, or of one.
+    pub(super) text: Option<Text>,
     /// Bytes of an element.
-    pub(super) element: usize,
-    pub(super) fortran_order: bool,
-    pub(super) shape: Vec<u64>,
+    pub(in crate::io) element: usize,
+    pub(in crate::io) fortran_order: bool,
+    pub(in crate::io) shape: Vec<u64>,
     /// Bytes of the whole array, and where they begin.
-    pub(super) size: u64,
-    pub(super) length: usize,
+    pub(in crate::io) size: u64,
+    pub(in crate::io) length: usize,
+}
+
+/// How the characters of a text are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Text {
+    Bytes,
+    Utf32 { big_endian: bool },
+}
+
+impl Text {
+    /// Longest text, in characters.
+    const LONGEST: usize = 4096;
+
+    /// What a type says, with the bytes of a text.
+    fn of(code: &str) -> Option<(Self, usize)> {
+        let big_endian = code.starts_with('>');
+        let kind = code.trim_start_matches(['<', '>', '=', '|']);
+        let length = kind.get(1..)?.parse().ok().filter(|n| (1..=Self::LONGEST).contains(n))?;
+        match kind.as_bytes()[0] {
+            b'S' => Some((Self::Bytes, length)),
+            b'U' => Some((Self::Utf32 { big_endian }, 4 * length)),
+            _ => None,
+        }
+    }
 }
 
 impl Header {
-    /// From the first bytes of an array, of which there may be more.
-    pub(super) fn parse(bytes: &[u8]) -> Result<Self, Fault> {
+    /// From the first bytes of an array of numbers, of which there may be more.
+    pub(in crate::io) fn parse(bytes: &[u8]) -> Result<Self, Fault> {
+        Self::of(bytes, |_| None)
+    }
+
+    /// The same of an array of numbers or of texts.
+    pub(super) fn parse_any(bytes: &[u8]) -> Result<Self, Fault> {
+        Self::of(bytes, Text::of)
+    }
+
+    /// `text` tells texts, and how many bytes each has, by their type.
+    fn of(bytes: &[u8], text: fn(&str) -> Option<(Text, usize)>) -> Result<Self, Fault> {
         let fault = |at: usize, problem: &str| Fault::at_byte(at, problem);
         if !bytes.starts_with(MAGIC) {
             return Err(fault(0, "a NumPy array begins with “\\x93NUMPY”"));
@@ -62,10 +98,10 @@ impl Header {
                 &format!("the header has {length} bytes, more than the {LONGEST} that one may have"),
             ));
         }
-        let text = bytes.get(start..start + length).ok_or_else(|| {
+        let literal = bytes.get(start..start + length).ok_or_else(|| {
             fault(8, &format!("a header of {length} bytes is announced, but the file is shorter"))
         })?;
-        let mut parser = Parser { text, at: 0 };
+        let mut parser = Parser { text: literal, at: 0 };
         let Some(Value::Dict(entries)) = parser.value(0) else {
             return Err(fault(start + parser.at, "the header is no dictionary that can be made out"));
         };
@@ -84,7 +120,11 @@ impl Header {
         let shape = shape.ok_or_else(|| fault(start, "the shape holds something that is no whole number"))?;
         let mut layout = Layout::default();
         let descr = entry("descr")?;
-        layout.add("", descr, 0).map_err(|problem| fault(start, &problem))?;
+        let text = if let Value::Text(code) = descr { text(code) } else { None };
+        match text {
+            Some((_, size)) => layout.size = size,
+            None => layout.add("", descr, 0).map_err(|problem| fault(start, &problem))?,
+        }
         let elements = shape.iter().try_fold(1u64, |product, n| product.checked_mul(*n));
         let size = elements.and_then(|n| n.checked_mul(layout.size as u64)).ok_or_else(|| {
             fault(start, &format!("an array of {} is announced, more than any file holds", shown(&shape)))
@@ -93,6 +133,7 @@ impl Header {
             type_name: if let Value::Text(name) = descr { name.clone() } else { "structured".to_owned() },
             columns: layout.columns,
             is_structured: matches!(descr, Value::List(_)),
+            text: text.map(|(kind, _)| kind),
             element: layout.size,
             fortran_order,
             shape,
@@ -103,7 +144,7 @@ impl Header {
 }
 
 /// "1000×3"
-pub(super) fn shown(shape: &[u64]) -> String {
+pub(in crate::io) fn shown(shape: &[u64]) -> String {
     if shape.is_empty() {
         return "no dimension".to_owned();
     }

@@ -6,18 +6,18 @@ use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, ZipWriter};
 
 /// An archive of arrays, `.npz`, as `np.load` reads it without pickle.
-pub(super) struct Npz<W: Write + Seek> {
+pub(in crate::io) struct Npz<W: Write + Seek> {
     zip: ZipWriter<W>,
 }
 
 impl<W: Write + Seek> Npz<W> {
-    pub(super) fn new(w: W) -> Self {
+    pub(in crate::io) fn new(w: W) -> Self {
         Self { zip: ZipWriter::new(w) }
     }
 
     /// Adds an array of `N`-byte values, in C order. There must be as many as
     /// the shape says.
-    pub(super) fn add<const N: usize>(
+    pub(in crate::io) fn add<const N: usize>(
         &mut self,
         name: &str,
         descr: &str,
@@ -43,7 +43,7 @@ impl<W: Write + Seek> Npz<W> {
         self.zip.write_all(&buffer)
     }
 
-    pub(super) fn doubles<'a>(
+    pub(in crate::io) fn doubles<'a>(
         &mut self,
         name: &str,
         shape: &[usize],
@@ -53,7 +53,7 @@ impl<W: Write + Seek> Npz<W> {
     }
 
     /// Adds an array of one text.
-    pub(super) fn text(&mut self, name: &str, text: &str) -> io::Result<()> {
+    pub(in crate::io) fn text(&mut self, name: &str, text: &str) -> io::Result<()> {
         let characters: Vec<char> = text.chars().collect();
         // NumPy has no texts of no length in files.
         let length = characters.len().max(1);
@@ -61,7 +61,7 @@ impl<W: Write + Seek> Npz<W> {
         self.add(name, &format!("<U{length}"), &[1], padded.map(|c| u32::from(c).to_le_bytes()))
     }
 
-    pub(super) fn finish(self) -> io::Result<()> {
+    pub(in crate::io) fn finish(self) -> io::Result<()> {
         self.zip.finish().map(drop).map_err(io::Error::other)
     }
 }

@@ -1,13 +1,18 @@
 //! Primitives as arrays, by the names that superquadric tools in Python use.
 
+use std::io::{self, Seek, Write};
+
 use nalgebra::Vector3;
 
-use super::arrays::{Archive, Array};
-use super::{Found, rotation};
+use super::schema::arrays;
+use super::set::{PrimitiveSet, checked};
+use super::stored::{Found, rotation};
 use crate::geometry::Superquadric;
 use crate::inference::Primitive;
 use crate::io::error::Fault;
+use crate::io::npy::{Archive, Array, Npz};
 use crate::io::read::text::counted;
+use crate::io::write::file_label;
 
 /// How far RᵀR may be from the identity: networks compute in single precision.
 const ORTHONORMAL: f64 = 1e-2;
@@ -17,6 +22,47 @@ const EXISTS: f64 = 0.5;
 
 /// An assignment matrix with more values is not counted.
 const LARGEST_ASSIGNMENT: usize = 1 << 28;
+
+/// A batch of one shape, by the names that superquadric tools in Python use.
+pub(in crate::io) fn write(w: &mut (impl Write + Seek), set: &PrimitiveSet<'_>) -> io::Result<()> {
+    let all = set.primitives.iter().map(checked).collect::<io::Result<Vec<_>>>()?;
+    let count = all.len();
+    let mut npz = Npz::new(w);
+    npz.text(arrays::NAMES, set.input.unwrap_or_default())?;
+    if let Some((points, labels)) = set.samples {
+        let place = |id: u32| all.iter().position(|p| p.id == id);
+        let rows = labels.iter().flat_map(|&label| {
+            let own = place(label);
+            (0..count).map(move |k| if Some(k) == own { 1f32 } else { 0.0 }.to_le_bytes())
+        });
+        npz.doubles(arrays::CLOUD, &[1, points.len(), 3], points.iter().flat_map(|p| p.iter()))?;
+        npz.add(arrays::ASSIGNMENT, "<f4", &[1, points.len(), count], rows)?;
+    }
+    let of =
+        |values: fn(&Primitive) -> Vec<f64>| -> Vec<f64> { all.iter().flat_map(|p| values(p)).collect() };
+    for (name, shape, values) in [
+        (arrays::SCALE, &[1, count, 3][..], of(|p| p.shape.semi_axes.iter().copied().collect())),
+        // NumPy's order is by rows, nalgebra's by columns.
+        (
+            arrays::ROTATION,
+            &[1, count, 3, 3],
+            of(|p| p.shape.rotation.matrix().transpose().iter().copied().collect()),
+        ),
+        (arrays::TRANSLATION, &[1, count, 3], of(|p| p.shape.translation.iter().copied().collect())),
+        (arrays::EXPONENTS, &[1, count, 2], of(|p| p.shape.exponents.to_vec())),
+        (arrays::EXIST, &[1, count, 1], of(|_| vec![1.0])),
+        (arrays::TAPERING, &[1, count, 2], of(|p| p.shape.taper.to_vec())),
+        (arrays::SIGMA, &[1, count], of(|p| vec![p.sigma])),
+        (arrays::MEAN_DISTANCE, &[1, count], of(|p| vec![p.mean_distance])),
+    ] {
+        npz.doubles(name, shape, &values)?;
+    }
+    let ids = all.iter().map(|p| file_label(p.id)).collect::<io::Result<Vec<_>>>()?;
+    npz.add(arrays::IDS, "<i4", &[1, count], ids.into_iter().map(i32::to_le_bytes))?;
+    let points = all.iter().map(|p| (p.points as i64).to_le_bytes());
+    npz.add(arrays::POINTS, "<i8", &[1, count], points)?;
+    npz.finish()
+}
 
 /// One shape's slice of an array, `values` a primitive.
 fn slice(
@@ -80,7 +126,7 @@ impl Layout {
 
 pub(super) fn parse(bytes: &[u8], shape: Option<usize>) -> Result<Found, Fault> {
     let mut archive = Archive::new(bytes)?;
-    let Some(scale) = archive.get("scale")? else {
+    let Some(scale) = archive.get(arrays::SCALE)? else {
         return Err(Fault::whole(format!(
             "it holds no primitives: there is no array \"scale\" among {}",
             archive.names().join(", ")
@@ -95,15 +141,15 @@ pub(super) fn parse(bytes: &[u8], shape: Option<usize>) -> Result<Found, Fault> 
         slice(&mut archive, name, &layout, values)?
             .ok_or_else(|| Fault::whole(format!("there is no array \"{name}\"")))
     };
-    let scale = need("scale", 3)?;
-    let rotations = need("rotation", 9)?;
-    let translations = need("translation", 3)?;
-    let exponents = need("exponents", 2)?;
+    let scale = need(arrays::SCALE, 3)?;
+    let rotations = need(arrays::ROTATION, 9)?;
+    let translations = need(arrays::TRANSLATION, 3)?;
+    let exponents = need(arrays::EXPONENTS, 2)?;
     let mut may = |name: &str, values: usize| slice(&mut archive, name, &layout, values);
-    let exist = may("exist", 1)?;
-    let tapering = may("tapering", 2)?;
-    let (sigma, mean_distance) = (may("sigma", 1)?, may("mean_distance", 1)?);
-    let (ids, points) = (may("ids", 1)?, may("points", 1)?);
+    let exist = may(arrays::EXIST, 1)?;
+    let tapering = may(arrays::TAPERING, 2)?;
+    let (sigma, mean_distance) = (may(arrays::SIGMA, 1)?, may(arrays::MEAN_DISTANCE, 1)?);
+    let (ids, points) = (may(arrays::IDS, 1)?, may(arrays::POINTS, 1)?);
 
     let mut primitives = Vec::new();
     let count = layout.primitives;
@@ -142,7 +188,7 @@ pub(super) fn parse(bytes: &[u8], shape: Option<usize>) -> Result<Found, Fault> 
         let rest = counted(count - primitives.len(), "primitive", "primitives");
         notes.push(format!("{rest} that do not exist (\"exist\" not above {EXISTS}) were left out"));
     }
-    let names = archive.get("names")?;
+    let names = archive.get(arrays::NAMES)?;
     let input = names.and_then(|names| names.text(layout.shape)).filter(|name| !name.is_empty());
     Ok(Found { input, points: samples, primitives, notes, ..Found::default() })
 }
@@ -155,7 +201,7 @@ fn samples(
     count_them: bool,
 ) -> Result<(Option<usize>, Option<Vec<usize>>), Fault> {
     let primitives = layout.primitives;
-    let Some(matrix) = archive.get("assign_matrix")? else { return Ok((None, None)) };
+    let Some(matrix) = archive.get(arrays::ASSIGNMENT)? else { return Ok((None, None)) };
     let samples = match matrix.shape[..] {
         [batch, samples, p] if layout.is_batched && batch == layout.batch && p == primitives => samples,
         [samples, p] if !layout.is_batched && p == primitives => samples,

@@ -1,12 +1,12 @@
 //! Jobs side by side, each with threads of its own.
 
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
 
 use anyhow::Context;
 
 use crate::inference::{Cancel, InferenceError};
+use crate::io::caught;
 
 /// How a job ended.
 #[derive(Debug, Clone, PartialEq)]
@@ -62,18 +62,13 @@ pub(super) fn run_all<T: Send>(
 }
 
 fn guarded<T>(work: impl FnOnce() -> anyhow::Result<T>) -> End<T> {
-    match catch_unwind(AssertUnwindSafe(work)) {
+    match caught(work) {
         Ok(Ok(value)) => End::Done(value),
         Ok(Err(e)) if e.chain().any(|e| matches!(e.downcast_ref(), Some(InferenceError::Cancelled))) => {
             End::Cancelled
         }
         Ok(Err(e)) => End::Failed(format!("{e:#}")),
-        Err(payload) => {
-            let text = payload
-                .downcast_ref::<&str>()
-                .copied()
-                .or_else(|| payload.downcast_ref::<String>().map(String::as_str))
-                .unwrap_or("it gave no message");
+        Err(text) => {
             End::Failed(format!("the program stopped at an unexpected fault: {text}; please report it"))
         }
     }

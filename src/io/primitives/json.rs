@@ -1,13 +1,85 @@
 //! `primitives.json`, version 1.
 
-use nalgebra::Vector3;
-use serde::{Deserialize, Deserializer};
+use std::io::{self, Write};
 
-use super::{FORMAT, Found, VERSION, rotation};
+use nalgebra::Vector3;
+use serde::{Deserialize, Deserializer, Serialize};
+
+use super::schema::{FORMAT, VERSION};
+use super::set::{PrimitiveSet, checked};
+use super::stored::{Found, rotation};
 use crate::geometry::Superquadric;
-use crate::inference::{Params, Primitive};
+use crate::inference::{Method, Params, Primitive};
 use crate::io::error::Fault;
-use crate::io::write::{PRIMITIVES_FILE, PrimitiveEntry};
+use crate::io::names::PRIMITIVES_FILE;
+use crate::io::write::json;
+
+/// One entry of `primitives.json`.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct PrimitiveEntry {
+    id: u32,
+    eps: [f64; 2],
+    scale: [f64; 3],
+    rotation: [[f64; 3]; 3],
+    translation: [f64; 3],
+    taper: [f64; 2],
+    sigma: f64,
+    points: usize,
+    mean_distance: f64,
+}
+
+impl PrimitiveEntry {
+    fn new(p: &Primitive) -> io::Result<Self> {
+        checked(p)?;
+        let rotation = p.shape.rotation.matrix();
+        Ok(Self {
+            id: p.id,
+            eps: p.shape.exponents,
+            scale: p.shape.semi_axes.into(),
+            rotation: [0, 1, 2].map(|row| [0, 1, 2].map(|column| rotation[(row, column)])),
+            translation: p.shape.translation.into(),
+            taper: p.shape.taper,
+            sigma: p.sigma,
+            points: p.points,
+            mean_distance: p.mean_distance,
+        })
+    }
+}
+
+#[derive(Debug, Serialize)]
+struct PrimitivesFile<'a> {
+    format: &'static str,
+    version: u32,
+    program: &'static str,
+    input: Option<&'a str>,
+    units: &'static str,
+    rotation: &'static str,
+    seed: Option<u64>,
+    points: Option<usize>,
+    sampling_seed: Option<u64>,
+    method: Option<Method>,
+    params: Option<&'a Params>,
+    primitives: Vec<PrimitiveEntry>,
+}
+
+pub(in crate::io) fn write(w: &mut (impl Write + ?Sized), set: &PrimitiveSet<'_>) -> io::Result<()> {
+    let file = PrimitivesFile {
+        format: FORMAT,
+        version: VERSION,
+        program: concat!("superform ", env!("CARGO_PKG_VERSION")),
+        input: set.input,
+        units: "those of the input",
+        rotation: "world from local, rows",
+        seed: set.seed,
+        points: set.points,
+        sampling_seed: set.sampling_seed,
+        method: set.params.and_then(Method::of),
+        params: set.params,
+        primitives: set.primitives.iter().map(PrimitiveEntry::new).collect::<Result<_, _>>()?,
+    };
+    json(w, &file)
+}
 
 /// How far RᵀR may be from the identity: what is left of a rotation that was
 /// written with six digits.
@@ -21,7 +93,7 @@ struct Head {
 }
 
 #[derive(Debug, Deserialize)]
-struct File {
+struct StoredFile {
     #[serde(deserialize_with = "or_null")]
     input: Option<String>,
     #[serde(deserialize_with = "or_null")]
@@ -56,7 +128,7 @@ pub(super) fn parse(text: &str) -> Result<Found, Fault> {
              write it again or take a newer program"
         )));
     }
-    let file: File = serde_json::from_str(text).map_err(|e| json_fault(&e))?;
+    let file: StoredFile = serde_json::from_str(text).map_err(|e| json_fault(&e))?;
     let mut notes = Vec::new();
     let params = file.params.filter(|params| !params.is_null()).and_then(|params| {
         let read = serde_json::from_value::<Params>(params);

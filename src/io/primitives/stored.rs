@@ -1,30 +1,15 @@
-//! Reading primitives back: our JSON, NPZ and CSV, and those of others.
-
-mod arrays;
-mod csv;
-mod json;
-mod npz;
+//! Primitives as they come back from a file, and what makes them valid.
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
 use nalgebra::{Matrix3, Rotation3};
 
-use super::text;
+use super::set::PrimitiveSet;
 use crate::geometry::Superquadric;
 use crate::geometry::palette::Colors;
 use crate::inference::{Edit, Params, Primitive};
-use crate::io::error::{Fault, ReadError};
-use crate::io::write::{PRIMITIVES_FILE, PrimitiveSet};
-
-pub(in crate::io) use csv::COLUMNS as CSV_COLUMNS;
-
-/// Name and version of the JSON format, as they stand in the file.
-pub(in crate::io) const FORMAT: &str = "superform-primitives";
-pub(in crate::io) const VERSION: u32 = 1;
-
-/// Names by which primitives are looked for in a folder.
-const NAMES: [&str; 3] = [PRIMITIVES_FILE, "primitives.npz", "primitives.csv"];
+use crate::io::error::Fault;
 
 /// What a file of primitives holds.
 #[derive(Debug, Clone, PartialEq)]
@@ -78,73 +63,20 @@ impl StoredPrimitives {
     }
 }
 
-/// Reads the primitives of a run, by the name of the file or of the folder that
-/// holds it: `primitives.json`, NPZ or CSV, told from the content. Of a file
-/// with several shapes the first is taken, with a note.
-///
-/// # Errors
-/// Where there is no such file, it is in none of these formats, a field is
-/// missing or of the wrong kind, or a primitive is none: an exponent or a
-/// semi-axis not above 0, a matrix that is no rotation, a taper beyond [−1, 1],
-/// an id or more points than there are used twice.
-pub fn read_primitives(path: &Path) -> Result<StoredPrimitives, ReadError> {
-    read_primitives_of(path, None)
-}
-
-/// As [`read_primitives`], the shape at place `shape` (from 0) of a file with
-/// several.
-///
-/// # Errors
-/// The same, and where there are not so many shapes.
-pub fn read_primitives_of(path: &Path, shape: Option<usize>) -> Result<StoredPrimitives, ReadError> {
-    let path = if path.is_dir() {
-        let found = NAMES.iter().map(|name| path.join(name)).find(|file| file.exists());
-        found.unwrap_or_else(|| path.join(PRIMITIVES_FILE))
-    } else {
-        path.to_owned()
-    };
-    let bytes = super::content(&path)?;
-    parse_primitives(&bytes, &path, shape)
-}
-
-/// As [`read_primitives_of`], from the content of a file or a text that was
-/// pasted; `origin` is what messages call it.
-///
-/// # Errors
-/// The same.
-pub fn parse_primitives(
-    bytes: &[u8],
-    origin: &Path,
-    shape: Option<usize>,
-) -> Result<StoredPrimitives, ReadError> {
-    let parsed = if bytes.starts_with(b"PK\x03\x04") || bytes.starts_with(b"PK\x05\x06") {
-        npz::parse(bytes, shape)
-    } else {
-        let text = text::decode(bytes);
-        let one =
-            if text.trim_start().starts_with(['{', '[']) { json::parse(&text) } else { csv::parse(&text) };
-        one.and_then(|stored| match shape {
-            None | Some(0) => Ok(stored),
-            Some(n) => Err(Fault::whole(format!("it holds one shape, so there is none at place {n}"))),
-        })
-    };
-    parsed.and_then(|stored| stored.checked(origin)).map_err(|fault| fault.in_file(origin.to_owned()))
-}
-
 /// What a format's reader has found, unchecked where formats are alike.
 #[derive(Debug, Default)]
-struct Found {
-    input: Option<String>,
-    points: Option<usize>,
-    seed: Option<u64>,
-    sampling_seed: Option<u64>,
-    params: Option<Params>,
-    primitives: Vec<Primitive>,
-    notes: Vec<String>,
+pub(super) struct Found {
+    pub(super) input: Option<String>,
+    pub(super) points: Option<usize>,
+    pub(super) seed: Option<u64>,
+    pub(super) sampling_seed: Option<u64>,
+    pub(super) params: Option<Params>,
+    pub(super) primitives: Vec<Primitive>,
+    pub(super) notes: Vec<String>,
 }
 
 impl Found {
-    fn checked(self, origin: &Path) -> Result<StoredPrimitives, Fault> {
+    pub(super) fn checked(self, origin: &Path) -> Result<StoredPrimitives, Fault> {
         let Self { input, points, seed, sampling_seed, params, primitives, notes } = self;
         let mut ids = HashSet::new();
         for p in &primitives {
@@ -182,7 +114,7 @@ fn check(p: &Primitive) -> Result<(), String> {
 
 /// A rotation from its rows; what deviates by more than `allowed` is none. What
 /// was rounded is made orthonormal, what was not keeps its bits.
-fn rotation(rows: [[f64; 3]; 3], allowed: f64) -> Result<Rotation3<f64>, String> {
+pub(super) fn rotation(rows: [[f64; 3]; 3], allowed: f64) -> Result<Rotation3<f64>, String> {
     let [x, y, z] = rows;
     let matrix = Matrix3::from_rows(&[x.into(), y.into(), z.into()]);
     let off = (matrix.tr_mul(&matrix) - Matrix3::identity()).amax();
