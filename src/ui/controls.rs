@@ -40,7 +40,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
 fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     section(ui, "Shape");
     let Some(loaded) = &session.loaded else {
-        ui.label(RichText::new("No shape is open").color(Palette::of(ui).weak));
+        ui.label(RichText::new("No shape open").color(Palette::of(ui).weak));
         verb_button(ui, session, Verb::Open, 0.0, actions);
         return;
     };
@@ -60,7 +60,10 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         }
         let size = extent_of(&loaded.cloud.points);
         let text = format!("{} × {} × {}", length(size.x), length(size.y), length(size.z));
-        fact(ui, "Size", &text).on_hover_text(format!("{text}, along x, y and z in the file's units"));
+        fact(ui, "Size", &text).on_hover_text(format!(
+            "{text} along x, y and z, in the file's \
+             units"
+        ));
     });
     let mut sampling = session.sampling;
     // Seeds have up to 20 digits.
@@ -71,26 +74,26 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         ui.add(DragValue::new(&mut sampling.points).range(least..=most).speed(20.0))
             .labelled_by(label)
             .on_hover_text(format!(
-                "Number N of points on the surface that are clustered; {used} in this run"
+                "Number of points N sampled from the shape and clustered; {used} in this run"
             ));
         let label = ui.label(RichText::new("seed").color(Palette::of(ui).weak)).id;
         ui.add(DragValue::new(&mut sampling.seed).speed(0.05))
             .labelled_by(label)
-            .on_hover_text("Seed of the sampling");
+            .on_hover_text("Random seed of the sampling");
     });
     let with_note = |tooltip: &str| match loaded.cloud.part.note() {
-        Some(note) => format!("{tooltip}. In this run {note}"),
+        Some(note) => format!("{tooltip}. In this run: {note}"),
         None => tooltip.to_owned(),
     };
     if matches!(loaded.shape.geometry, ShapeGeometry::Mesh(_)) {
         let mut outside = sampling.surface == Surface::Outside;
         ui.checkbox(&mut outside, "Only the surface seen from outside")
-            .on_hover_text(with_note("No samples on inner walls and buried parts"));
+            .on_hover_text(with_note("Place no samples on inner walls and hidden parts"));
         sampling.surface = if outside { Surface::Outside } else { Surface::All };
     } else {
         let mut leave_out = sampling.isolated == Isolated::LeaveOut;
         ui.checkbox(&mut leave_out, "Leave out isolated points").on_hover_text(with_note(
-            "No samples on outliers, which have next to no neighbours: points far from all others stay \
+            "Skip outliers, which have almost no neighbours; points far from all others stay \
              unassigned",
         ));
         sampling.isolated = if leave_out { Isolated::LeaveOut } else { Isolated::Keep };
@@ -123,17 +126,15 @@ fn run(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         }
     });
     ui.horizontal(|ui| {
-        ui.label(RichText::new("Watch").color(Palette::of(ui).weak)).on_hover_text(
-            "Run and Merge all show every step: at most so many a second, or as fast as they go. Results of \
-             Live don't wait for it",
-        );
+        ui.label(RichText::new("Speed").color(Palette::of(ui).weak))
+            .on_hover_text("How fast Run and Merge all show their steps. Live results are not slowed down");
         ui.spacing_mut().item_spacing.x = 3.0;
         let width = (ui.available_width() - 3.0 * (PACES.len() - 1) as f32) / PACES.len() as f32;
         for (pace, text) in PACES {
             let tooltip = match pace {
-                Pace::PerSecond(1) => "Show every step, one a second".to_owned(),
-                Pace::PerSecond(steps) => format!("Show every step, {steps} a second at most"),
-                Pace::Unlimited => "Show steps as fast as they go".to_owned(),
+                Pace::PerSecond(1) => "Show one step per second".to_owned(),
+                Pace::PerSecond(steps) => format!("Show at most {steps} steps per second"),
+                Pace::Unlimited => "Show steps as fast as they are computed".to_owned(),
             };
             if choice(ui, session.pace == pace, text, width).on_hover_text(tooltip).clicked() {
                 actions.push(Action::SetPace(pace));
@@ -152,9 +153,9 @@ fn live(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             actions.push(Action::Verb(Verb::ToggleLive));
         }
         let (text, color) = if session.live.is_renewing() {
-            ("renewing the result", Palette::of(ui).accent)
+            ("Updating…", Palette::of(ui).accent)
         } else {
-            ("sliders re-run everything", Palette::of(ui).weak)
+            ("Every change starts a new run", Palette::of(ui).weak)
         };
         if on {
             ui.label(RichText::new(text).small().color(color));
@@ -168,8 +169,8 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     method(ui, &p, actions);
     Row {
         label: "Concentration α",
-        tooltip: "α, the concentration of the Chinese Restaurant Process: the larger, the more \
-                  primitives are expected before a point is seen.",
+        tooltip: "Concentration α of the Chinese Restaurant Process. Larger values expect more \
+             primitives a priori.",
         taken: Taken::Iteration,
         setting: Setting::Alpha,
     }
@@ -177,8 +178,8 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     priors::tables(ui, session, &p);
     Row {
         label: "New cluster p0",
-        tooltip: "p0, the density that a new primitive gives to any point. The larger, the nearer a \
-                  point must lie to a primitive to stay with it.",
+        tooltip: "Density p0 that a new primitive assigns to any point. The larger it is, the \
+             closer a point must be to a primitive to stay with it.",
         taken: Taken::Iteration,
         setting: Setting::P0,
     }
@@ -186,30 +187,30 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     priors::distance(ui, session, &p);
     Row {
         label: "Iterations T",
-        tooltip: "T, the number of Gibbs iterations of a run.",
+        tooltip: "Number of Gibbs iterations T per run.",
         taken: Taken::Iteration,
         setting: Setting::Iterations,
     }
     .show(ui, session, &mut p, |p| &mut p.iterations, Params::ITERATIONS);
     Row {
         label: "Clusters K",
-        tooltip: "K, the number of k-means clusters that a run starts with.",
+        tooltip: "Number of k-means clusters K at the start of a run.",
         taken: Taken::Start,
         setting: Setting::Clusters,
     }
     .show(ui, session, &mut p, |p| &mut p.clusters, Params::CLUSTERS);
     Row {
         label: "Cost of a primitive",
-        tooltip: "How much of the error a primitive has to save to be worth having, as a multiple of the \
-                  default: more gives fewer primitives with larger errors, less the other way.",
+        tooltip: "How much error a primitive must save to be kept, as a multiple of the default. \
+             Larger values give fewer primitives with larger errors.",
         taken: Taken::Merge,
         setting: Setting::PrimitiveCost,
     }
     .show(ui, session, &mut p, |p| &mut p.primitive_cost, Params::PRIMITIVE_COST);
     Row {
         label: "Outlier prior w0",
-        tooltip: "w0, the share of outliers that EMS expects before it has seen a point: the larger, the \
-                  nearer a point must lie to the primitive to belong to it.",
+        tooltip: "Share of outliers w0 that EMS expects a priori. The larger it is, the closer a \
+             point must be to the primitive to belong to it.",
         taken: Taken::Step,
         setting: Setting::OutlierPrior,
     }
@@ -220,44 +221,51 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             let label = labelled(ui, "Seed");
             ui.add(DragValue::new(&mut p.seed).speed(0.05).update_while_editing(false))
                 .labelled_by(label)
-                .on_hover_text(
-                    Taken::Start.after(session, "Seed of every random draw: the same seed, the same result."),
-                )
+                .on_hover_text(Taken::Start.after(
+                    session,
+                    "Seed of all random draws. The same seed gives \
+                         the same result.",
+                ))
         })
         .inner
     });
     Choices {
         label: "Merging",
-        tooltip: "The test by which two primitives become one.",
+        tooltip: "How pairs of primitives are chosen for merging.",
         taken: Taken::Merge,
         setting: Setting::Merge,
         options: &[
             (
                 MergeRule::Energy,
                 "Energy",
-                "First the pair whose merge lowers the energy most: two-way error plus cost of primitives",
+                "Merge the pair that lowers the energy most: two-way error plus cost of primitives",
             ),
             (
                 MergeRule::Paper,
                 "Paper's thresholds",
-                "The thresholds of the paper's authors, largest cluster first",
+                "Use the thresholds of the paper's authors, largest cluster first",
             ),
-            (MergeRule::None, "None", "No merging; Step merge finds no pair"),
+            (MergeRule::None, "None", "No merging; Step merge proposes nothing"),
         ],
     }
     .show(ui, session, &mut p, |p| &mut p.merge);
     Choices {
         label: "Fit distance",
-        tooltip: "What the fit of a primitive minimises.",
+        tooltip: "Distance that a fit minimises.",
         taken: Taken::Fit,
         setting: Setting::FitDistance,
         options: &[
             (
                 Distance::FirstOrder,
                 "First order",
-                "Close to the Euclidean distance, also on thin plates and long rods",
+                "Close to the Euclidean distance, even for thin plates and long rods",
             ),
-            (Distance::Radial, "Radial", "The paper's distance along the ray from the primitive's centre"),
+            (
+                Distance::Radial,
+                "Radial",
+                "The paper's distance, measured along the ray from the \
+                 primitive's centre",
+            ),
         ],
     }
     .show(ui, session, &mut p, |p| &mut p.fit_distance);
@@ -267,15 +275,15 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             |p| &mut p.refine,
             Setting::Refine,
             "Refine at the end",
-            "After the last iteration, assign, refit, cut, merge and remove while that lowers the energy: \
-             two-way error plus cost of primitives",
+            "After the last iteration, reassign, refit, cut, merge and remove for as long as that \
+             lowers the energy: two-way error plus cost of primitives",
         ),
         (
             |p| &mut p.freeze,
             Setting::Freeze,
             "Freeze good fits",
-            "Points of well fitted primitives keep their label in later sweeps: faster, as in the paper, \
-             but mistakes are kept too",
+            "Points of well-fitted primitives keep their label in later sweeps. Faster, as in the \
+             paper, but mistakes are also kept",
         ),
     ];
     for (field, setting, text, tooltip) in switches {
@@ -291,11 +299,11 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     if let (Some(start), false) = (session.stale_start(), session.live.is_renewing()) {
         let text = if start.algorithm == p.algorithm {
             format!(
-                "K and seed are taken at the next start; this run has K = {}, seed {}.",
+                "K and seed apply from the next start. This run: K = {}, seed {}.",
                 start.clusters, start.seed
             )
         } else {
-            format!("Run starts over with the chosen method; shown now is {}.", start.algorithm.title())
+            format!("Run restarts with the chosen method. Shown now: {}.", start.algorithm.title())
         };
         ui.add(Label::new(RichText::new(text).small().color(Palette::of(ui).accent)).wrap());
     }
@@ -311,7 +319,7 @@ fn method(ui: &mut Ui, params: &Params, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
         let label = labelled(ui, "Method");
         let combo = egui::ComboBox::from_id_salt("method")
-            .selected_text(present.map_or("Your own", Method::title))
+            .selected_text(present.map_or("Custom", Method::title))
             .width(ui.available_width() - 8.0)
             .height(400.0_f32.min(0.6 * ui.ctx().content_rect().height()))
             .show_ui(ui, |ui| {
@@ -323,7 +331,7 @@ fn method(ui: &mut Ui, params: &Params, actions: &mut Vec<Action>) {
                 }
             });
         combo.response.labelled_by(label).on_hover_text(present.map_or_else(
-            || "The sampler with parts of several methods; choose one to go back to it".to_owned(),
+            || "The sampler with your own settings; choose a method to restore its settings".to_owned(),
             tooltip,
         ));
     });
@@ -365,14 +373,14 @@ impl Taken {
     /// A tooltip that says so; with Live on there is nothing to wait for.
     fn after(self, session: &Session, tooltip: &str) -> String {
         let when = if session.live.is_on {
-            "Live is on: the whole run is made anew at every change."
+            "Live is on: every change starts a new run."
         } else {
             match self {
-                Self::Iteration => "Taken at the next iteration.",
-                Self::Step => "Taken at the next step.",
-                Self::Fit => "Taken at the next iteration or fit.",
-                Self::Merge => "Taken at the next merge and at the end.",
-                Self::Start => "Taken at the next start.",
+                Self::Iteration => "Takes effect at the next iteration.",
+                Self::Step => "Takes effect at the next step.",
+                Self::Fit => "Takes effect at the next iteration or fit.",
+                Self::Merge => "Takes effect at the next merge and at the end.",
+                Self::Start => "Takes effect at the next start.",
             }
         };
         format!("{tooltip} {when}")

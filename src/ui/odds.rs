@@ -128,12 +128,12 @@ impl OddsCard {
         let found = self.found.get(&key, window.as_ref(), work);
         let found = found.filter(|(of, _)| of.sample == sample && Arc::ptr_eq(&of.shape, loaded));
         let Some(explanation) = found.map(|(_, found)| Arc::clone(found)) else {
-            ui.label(RichText::new("Being computed…").color(weak));
+            ui.label(RichText::new("Computing…").color(weak));
             return;
         };
         let Some(explanation) = &*explanation else {
-            let text =
-                "Only the sampler draws labels: the method of this run gives its points by other rules.";
+            let text = "Only the sampler draws labels. The method of this run assigns points by other \
+                 rules.";
             ui.add(Label::new(RichText::new(text).color(weak)).wrap());
             strip::show(ui, session, sample, actions);
             return;
@@ -180,7 +180,7 @@ impl OddsCard {
         };
         let weak = Palette::of(ui).weak;
         let button = egui::Button::new(RichText::new(text).small().color(weak)).frame(false);
-        if ui.add(button).on_hover_text("Show or fold the tables with the least odds").clicked() {
+        if ui.add(button).on_hover_text("Show or hide the least likely tables").clicked() {
             self.shows_all = !self.shows_all;
         }
     }
@@ -205,15 +205,15 @@ fn place(ui: &mut Ui, session: &Session, loaded: &LoadedShape, explanation: &Exp
         match explanation.present {
             Some(id) => {
                 rows::swatch(ui, session.color_of(id));
-                ui.label(format!("sits at primitive {id}"));
+                ui.label(format!("Assigned to primitive {id}"));
             }
             None => {
-                ui.label("has no table");
+                ui.label("Unassigned");
             }
         }
     });
     if let Some(why) = &explanation.held {
-        let text = format!("The sweep passes it over: {why}.");
+        let text = format!("Skipped by the sweep: {why}.");
         ui.add(Label::new(RichText::new(text).small().color(Palette::of(ui).accent)).wrap());
     }
 }

@@ -33,7 +33,7 @@ impl Stop {
 }
 
 /// What [`Event::Failed`](super::Event::Failed) says after a panic.
-pub const FAULT: &str = "The sampler stopped at an unexpected fault";
+pub const FAULT: &str = "The sampler stopped after an internal error";
 
 /// Runs `work`, and turns a panic into trouble that can be reported.
 pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {
@@ -45,6 +45,6 @@ pub(crate) fn caught<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     catch_unwind(AssertUnwindSafe(work)).map_err(|payload| {
         let text = payload.downcast_ref::<&str>().map(|text| (*text).to_owned());
         let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
-        text.unwrap_or_else(|| "it gave no message".to_owned())
+        text.unwrap_or_else(|| "no message".to_owned())
     })
 }

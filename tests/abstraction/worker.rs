@@ -440,7 +440,7 @@ fn primitives_of_a_file_take_the_place_of_the_present_ones() {
     let event =
         std::iter::from_fn(|| worker.next_event(PATIENCE)).find(|e| matches!(e, Event::Failed { .. }));
     let Some(Event::Failed { what, error }) = event else { unreachable!() };
-    assert!(what.contains("could not be brought in") && error.contains("line 1"), "{what}: {error}");
+    assert!(what.contains("Cannot import primitives") && error.contains("line 1"), "{what}: {error}");
     until_idle(&mut worker);
     worker.send(Command::Extend(1));
     assert_eq!(until_idle(&mut worker).pop().unwrap().abstraction.iteration, 1);

@@ -152,7 +152,7 @@ fn the_command_prints_a_table_or_json() {
     let (table, notes) =
         (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
     assert!(!table.contains("IoU outside"), "{table}");
-    assert!(table.contains("encloses no volume") && notes.contains("its spacing"), "{table}{notes}");
+    assert!(table.contains("encloses no volume") && notes.contains("point spacing"), "{table}{notes}");
 }
 
 #[test]

@@ -113,7 +113,7 @@ fn the_report_tells_what_of_a_mesh_was_left_out() {
         (String::from_utf8(output.stdout).unwrap(), json(&out.join("report.json"))["surface"].clone())
     };
     let (summary, surface) = run("outside", &[]);
-    assert!(summary.contains("20 % of the surface can't be seen from outside"), "{summary}");
+    assert!(summary.contains("20 % of the surface is not visible from outside"), "{summary}");
     assert_eq!((&surface["asked_for"], &surface["sampled"]), (&"outside".into(), &"outside".into()));
     assert!((surface["area_left_out"].as_f64().unwrap() - 0.2).abs() < 0.01, "{surface}");
 
