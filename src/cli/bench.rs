@@ -48,35 +48,34 @@ const MOST_SEEDS: u64 = 1000;
 
 #[derive(Debug, Args)]
 pub(super) struct BenchArgs {
-    /// Shapes, folders of shapes, or lists (CSV with the columns name, cloud and reference)
+    /// Shapes, folders of shapes or lists (CSV with columns name, cloud and reference)
     ///
-    /// Paths in a list are relative to it; an empty reference means the cloud
-    /// itself.
+    /// Paths are relative to the list. An empty reference means the cloud itself.
     #[arg(required_unless_present = "scaling")]
     shapes: Vec<PathBuf>,
     /// Methods to compare
     #[arg(long, value_delimiter = ',', default_value = "default", value_name = "A,B,…", value_parser = methods())]
     methods: Vec<Method>,
-    /// Seeds of each method on each shape: numbers, and ranges with both ends
+    /// Seeds for each method and shape: numbers and inclusive ranges
     #[arg(long, default_value = "1..3", value_name = "A..B,C,…")]
     seeds: Seeds,
-    /// Folder for the results; a benchmark that was stopped goes on from what is there
+    /// Folder for the results; an interrupted benchmark resumes from it
     #[arg(short, long, value_name = "DIR", default_value = "superform-bench")]
     output: PathBuf,
-    /// List that says what shapes that come from no list are measured against (by name)
+    /// List of references, by name, for shapes that are not given in a list
     #[arg(long, value_name = "CSV", conflicts_with = "scaling")]
     reference_list: Option<PathBuf>,
-    /// Compare with the figures of another program: columns name, primitives, chamfer_l1 and iou
+    /// Compare with another program's results: columns name, primitives, chamfer_l1 and iou
     #[arg(long, value_name = "CSV", conflicts_with = "scaling")]
     compare: Option<PathBuf>,
-    /// Number of runs side by side [default: one a core]
+    /// Number of parallel runs [default: one per core]
     #[arg(long, value_name = "N", conflicts_with = "scaling")]
     jobs: Option<usize>,
     #[command(flatten)]
     measure: MeasureArgs,
     #[command(flatten)]
     scaling: scaling::ScalingArgs,
-    #[command(next_help_heading = "Settings of all methods that read them")]
+    #[command(next_help_heading = "Settings, for all methods that use them")]
     #[command(flatten)]
     tuning: TuningArgs,
 }
@@ -89,7 +88,8 @@ impl FromStr for Seeds {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let number = |t: &str| t.trim().parse::<u64>().map_err(|_| format!("“{t}” is no whole number"));
+        let number = |t: &str| t.trim().parse::<u64>().map_err(|_| format!("“{t}” is not a whole \
+             number"));
         let mut seeds = Vec::new();
         for part in text.split(',') {
             match part.split_once("..") {
@@ -97,7 +97,7 @@ impl FromStr for Seeds {
                 Some((from, to)) => {
                     let (from, to) = (number(from)?, number(to)?);
                     if from > to || to - from >= MOST_SEEDS {
-                        return Err(format!("“{part}” is no range of 1 to {MOST_SEEDS} seeds"));
+                        return Err(format!("“{part}” is not a range of 1 to {MOST_SEEDS} seeds"));
                     }
                     seeds.extend(from..=to);
                 }
@@ -138,7 +138,7 @@ impl BenchArgs {
         }
         let params: Vec<Params> = methods.iter().map(|(_, params)| *params).collect();
         if let Some(option) = self.tuning.unread(&params) {
-            return Err(format!("none of the methods reads {option}; leave it out"));
+            return Err(format!("none of the methods uses {option}; remove it"));
         }
         let args = std::env::args_os().skip(1);
         let command = args.fold("superform".to_owned(), |all, arg| all + " " + &arg.to_string_lossy());
@@ -181,15 +181,15 @@ impl BenchJob {
         let cancel = cancel_on_interrupt();
         match self.work(&cancel) {
             Ok(None) => {
-                say(&format!("stopped; the same command goes on from what is in {}", self.output.display()));
+                say(&format!("stopped; repeat the command to resume from the results in {}", self.output.display()));
                 ExitCode::from(INTERRUPTED)
             }
             Ok(Some((text, failures))) => {
                 let exit = print(&text);
                 match failures {
                     0 => exit,
-                    1 => fail("a run failed; the table is without it"),
-                    n => fail(&format!("{n} runs failed; the table is without them")),
+                    1 => fail("one run failed and is missing from the table"),
+                    n => fail(&format!("{n} runs failed and are missing from the table")),
                 }
             }
             Err(e) => fail_by(&e),
@@ -207,14 +207,14 @@ impl BenchJob {
         let place = |name: &str| self.output.join(name);
         inputs.check([RUNS_FILE, MARKDOWN_FILE, CSV_FILE, JSON_FILE].map(place))?;
         fs::create_dir_all(&self.output)
-            .with_context(|| format!("can't make the folder {}", self.output.display()))?;
+            .with_context(|| format!("cannot create the folder {}", self.output.display()))?;
         let mut store = Store::open(&self.output.join(RUNS_FILE))?;
         let tasks = self.tasks(&shapes)?;
         let mut rows: Vec<Option<Row>> = tasks.iter().map(|t| store.find(&t.key).cloned()).collect();
         let open: Vec<usize> = (0..tasks.len()).filter(|&i| rows[i].is_none()).collect();
         let open_tasks: Vec<Task> = open.iter().map(|&i| tasks[i].clone()).collect();
         if open.len() < tasks.len() {
-            say(&format!("{} of {} runs were made before", tasks.len() - open.len(), tasks.len()));
+            say(&format!("{} of {} runs were already finished", tasks.len() - open.len(), tasks.len()));
         }
 
         let bar = ProgressBar::new(tasks.len() as u64);
@@ -259,7 +259,7 @@ impl BenchJob {
         let program = std::env::current_exe()
             .and_then(fs::read)
             .map(|bytes| fingerprint(&[&bytes]))
-            .context("can't read the program's own file")?;
+            .context("cannot read the program file")?;
         let content = |path: &Path| fs::read(path).map_or_else(|e| e.to_string(), |b| fingerprint(&[&b]));
         let mut tasks = Vec::new();
         for (k, shape) in shapes.iter().enumerate() {
@@ -301,7 +301,7 @@ impl BenchJob {
             failures,
         };
         let place = |name: &str| self.output.join(name);
-        let markdown = format!("{text}\nMade by `{}`.\n", self.command);
+        let markdown = format!("{text}\nCommand: `{}`.\n", self.command);
         io::write_whole(&place(MARKDOWN_FILE), markdown.as_bytes())?;
         io::write_whole(&place(CSV_FILE), &output::csv(table)?)?;
         io::write_whole(&place(JSON_FILE), &serde_json::to_vec_pretty(&file)?)?;
@@ -334,8 +334,8 @@ mod tests {
         let seeds = |text: &str| text.parse::<Seeds>().map(|s| s.0);
         assert_eq!(seeds("1..3"), Ok(vec![1, 2, 3]));
         assert_eq!(seeds("7,2..4, 3"), Ok(vec![2, 3, 4, 7]));
-        assert!(seeds("3..1").unwrap_err().contains("no range"));
-        assert!(seeds("0..18446744073709551615").unwrap_err().contains("no range"));
+        assert!(seeds("3..1").unwrap_err().contains("is not a range"));
+        assert!(seeds("0..18446744073709551615").unwrap_err().contains("is not a range"));
         assert!(seeds("one").unwrap_err().contains("“one”"));
         assert!(seeds("").is_err());
     }

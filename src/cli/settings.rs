@@ -12,19 +12,18 @@ use crate::inference::{MergeRule, Method, Params, Setting};
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Settings")]
 pub(super) struct SettingsArgs {
-    /// How to abstract the shape; the other options tune what the method reads
+    /// Method of abstraction
     #[arg(long, visible_alias = "preset", value_name = "NAME", value_parser = methods(), default_value = "default")]
     method: Method,
     #[command(flatten)]
     pub(super) tuning: TuningArgs,
-    /// Part of a mesh that is sampled
+    /// Part of a mesh to sample
     #[arg(long, value_enum, default_value_t = SurfaceChoice::Outside)]
     surface: SurfaceChoice,
-    /// What becomes of the isolated points of a cloud
+    /// How to treat isolated points of a cloud
     #[arg(long, value_enum, default_value_t = IsolatedChoice::LeaveOut)]
     isolated: IsolatedChoice,
-    /// Seed of all random draws, a whole number: the same seed gives the same
-    /// result [default: 1]
+    /// Seed of all random draws; the same seed gives the same result [default: 1]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = whole::<u64>)]
     seed: Option<u64>,
 }
@@ -35,11 +34,11 @@ pub(super) struct TuningArgs {
     /// Number of samples N, from 100 to 200000 [default: 5500]
     #[arg(long, value_name = "N", allow_negative_numbers = true, value_parser = whole::<usize>)]
     pub(super) points: Option<usize>,
-    /// Concentration α: the larger, the more primitives; from 0.001 to 100
+    /// Concentration α; larger values give more primitives; from 0.001 to 100
     /// [default: 0.5]
     #[arg(long, value_name = "ALPHA", allow_negative_numbers = true)]
     pub(super) alpha: Option<f64>,
-    /// Density p0 that a new primitive gives to any point, from 1e-6 to 10
+    /// Density p0 that a new primitive assigns to any point, from 1e-6 to 10
     /// [default: 0.1]
     #[arg(long, value_name = "P0", allow_negative_numbers = true)]
     pub(super) p0: Option<f64>,
@@ -49,15 +48,15 @@ pub(super) struct TuningArgs {
     /// Number of clusters K at the start, from 1 to 500 [default: 30]
     #[arg(long, value_name = "K", allow_negative_numbers = true, value_parser = whole::<u32>)]
     pub(super) clusters: Option<u32>,
-    /// Cost of a primitive: more gives fewer primitives with larger errors, from
-    /// 0.1 to 10 [default: 1]
+    /// Cost of a primitive; larger values give fewer primitives with larger errors; from 0.1 to 10
+    /// [default: 1]
     #[arg(long, value_name = "C", allow_negative_numbers = true)]
     pub(super) primitive_cost: Option<f64>,
-    /// Share of outliers that EMS expects, from 0.01 to 0.99 [default: 0.5, and 0.9
-    /// for hierarchical-ems]
+    /// Share of outliers that EMS expects, from 0.01 to 0.99 [default: 0.5; 0.9 for
+    /// hierarchical-ems]
     #[arg(long, value_name = "W0", allow_negative_numbers = true)]
     pub(super) outlier_prior: Option<f64>,
-    /// Leave the primitives unmerged
+    /// Do not merge primitives
     #[arg(long)]
     pub(super) no_merge: bool,
 }
@@ -70,12 +69,12 @@ pub(super) fn methods() -> impl TypedValueParser<Value = Method> {
 
 /// A number that counts something.
 fn whole<T: FromStr>(text: &str) -> Result<T, String> {
-    text.parse().map_err(|_| "it must be a whole number, and not negative".to_owned())
+    text.parse().map_err(|_| "expected a non-negative whole number".to_owned())
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum SurfaceChoice {
-    /// What can be seen from outside: no inner walls, no buried parts
+    /// Only what is visible from outside: no inner walls, no hidden parts
     Outside,
     /// Every face
     All,
@@ -83,9 +82,9 @@ enum SurfaceChoice {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum IsolatedChoice {
-    /// They are outliers: no primitive is made for them
+    /// Treat them as outliers without a primitive
     LeaveOut,
-    /// They are points like the others
+    /// Treat them like all other points
     Keep,
 }
 
@@ -172,7 +171,7 @@ impl SettingsArgs {
     pub(super) fn resolve(&self) -> Result<(SamplingOptions, Params), String> {
         let (sampling, params) = self.applied()?;
         if let Some(option) = self.tuning.unread(&[params]) {
-            return Err(format!("--method {} does not read {option}; leave it out", self.method));
+            return Err(format!("--method {} does not use {option}; remove it", self.method));
         }
         Ok((sampling, params))
     }
@@ -221,7 +220,7 @@ impl SettingsArgs {
             let key = changes[at].0;
             let setting = KEYS.iter().find(|(name, _)| *name == key).and_then(|(_, setting)| *setting);
             if setting.is_some_and(|setting| !resolved.1.reads(setting)) {
-                let problem = format!("the method {} does not read {key}; leave it out", settings.method);
+                let problem = format!("the method {} does not use {key}; remove it", settings.method);
                 return Err(BadSetting { at, problem });
             }
         }
@@ -238,15 +237,15 @@ impl SettingsArgs {
                 let all: Vec<PossibleValue> =
                     T::value_variants().iter().filter_map(ValueEnum::to_possible_value).collect();
                 let names: Vec<&str> = all.iter().map(PossibleValue::get_name).collect();
-                format!("“{text}” is none of {}", names.join(", "))
+                format!("“{text}” is not one of {}", names.join(", "))
             })
         }
-        const WHOLE: &str = "a whole number that is not negative";
+        const WHOLE: &str = "a non-negative whole number";
         let tuning = &mut self.tuning;
         match key {
             "method" => {
                 self.method = text.parse().map_err(|_| {
-                    format!("“{text}” is none of {}", Method::ALL.map(Method::name).join(", "))
+                    format!("“{text}” is not one of {}", Method::ALL.map(Method::name).join(", "))
                 })?;
             }
             "points" => tuning.points = number(text, WHOLE)?,
@@ -266,7 +265,7 @@ impl SettingsArgs {
             "surface" => self.surface = choice(text)?,
             "isolated" => self.isolated = choice(text)?,
             "seed" => self.seed = number(text, WHOLE)?,
-            other => return Err(format!("{other} is no setting")),
+            other => return Err(format!("{other} is not a setting")),
         }
         Ok(())
     }

@@ -72,8 +72,8 @@ fn the_list_holds_every_format_and_odd_names_are_refused() {
         assert!(list.lines().any(|line| line.trim_start().starts_with(format.name())), "{format}");
     }
     for (args, words) in [
-        (&["export", "out", "-o", "x.docx"][..], "x.docx does not tell its format"),
-        (&["export", "out", "-o", "x.ply", "--format", "word"], "word is no format"),
+        (&["export", "out", "-o", "x.docx"][..], "cannot tell the format of x.docx"),
+        (&["export", "out", "-o", "x.ply", "--format", "word"], "word is not a format"),
         (&["export", "out", "-o", "x.ply", "--density", "0"], "density"),
         (&["export", "out"], "--output"),
         (&["run", "a.obj", "-o", "out", "--export", "x.docx"], "x.docx"),
@@ -186,7 +186,7 @@ mod places {
             &["bench", "in.xyz", "-o", "-"],
         ] {
             let problem = refused(folder.path(), args, 2);
-            assert!(problem.contains("name a folder"), "{problem}");
+            assert!(problem.contains("give a folder"), "{problem}");
         }
         assert!(!at("-").exists() && !at("out.json").exists() && !at("-.mtl").exists());
     }
@@ -396,7 +396,7 @@ mod places {
             let table = fs::read_to_string(at(batch.join("results.csv"))).unwrap();
             assert!(table.contains(",ok,"), "{table}");
             let (code, said) = run(&[word("run"), input.as_os_str(), word("-o"), batch.as_os_str()]);
-            assert!(code == Some(0) && said.contains("were done before"), "{said}");
+            assert!(code == Some(0) && said.contains("were already done"), "{said}");
         }
         // No command, and no panic.
         let (code, said) = run(&[word("runn"), a.as_os_str(), b.as_os_str()]);

@@ -273,10 +273,10 @@ fn a_command_line_that_makes_no_sense_is_refused() {
         (&["run", "a.obj", "-o", "out", "--alpha", "-3"], "alpha is -3, but must lie between"),
         (&["--preset", "best"], "paper"),
         (&["--method", "best"], "hierarchical-ems"),
-        (&["run", "a.obj", "-o", "out", "--method", "kmeans", "--p0", "1"], "does not read --p0"),
-        (&["--seed", "-1"], "'-1' for '--seed <S>': it must be a whole number"),
+        (&["run", "a.obj", "-o", "out", "--method", "kmeans", "--p0", "1"], "does not use --p0"),
+        (&["--seed", "-1"], "'-1' for '--seed <S>': expected a non-negative whole number"),
         (&["--p0", "1e300"], "p0 is 1e300, but must lie between 1e-6 and 10"),
-        (&["runn", "a.obj"], "runn is neither a command nor a file"),
+        (&["runn", "a.obj"], "runn is neither a command nor an existing file"),
         (&["--screenshot", "a.png", "--headless"], "cannot be used with"),
     ] {
         let output = superform(folder.path(), args);
@@ -292,7 +292,7 @@ fn without_a_display_the_job_is_done_all_the_same() {
     let output = superform(folder.path(), &QUICK);
     assert!(output.status.success(), "{}", stderr(&output));
     let message = stderr(&output);
-    assert!(message.contains("without a window, results go to ./superform-out"), "{message}");
+    assert!(message.contains("without a window, writing results to ./superform-out"), "{message}");
     assert_eq!(message.lines().count(), 1, "{message}");
     let report = json(&folder.path().join("superform-out/report.json"));
     assert_eq!(report["input"]["name"], "built-in chair");
@@ -313,7 +313,7 @@ fn a_display_that_does_not_answer_is_no_display() {
         .unwrap();
     assert!(output.status.success(), "{}", stderr(&output));
     let message = stderr(&output);
-    assert!(message.contains("doing the job without a window") && message.lines().count() == 1, "{message}");
+    assert!(message.contains("running without a window") && message.lines().count() == 1, "{message}");
     assert!(folder.path().join("superform-out/primitives.json").is_file());
 }
 

@@ -350,7 +350,7 @@ mod drawn {
         refused(&["*.ply"], 1, "matches nothing");
         refused(&["a.obj", "-o", "a.gif"], 2, "--turntable");
         refused(&["a.obj", "-o", "a.jpg"], 2, "ends with .jpg");
-        refused(&["a.obj", "--sheet", "a.jpg"], 2, "name it .png");
+        refused(&["a.obj", "--sheet", "a.jpg"], 2, "the ending .png");
         assert!(!folder.join("a.jpg").exists());
         refused(&["a.obj", "b.obj", "-o", "a.png"], 1, "2 results");
         if can_draw() {

@@ -129,7 +129,7 @@ impl Tally {
             say(&format!("{name}: {problem}"));
         }
         if self.failed.len() > MOST_LISTED {
-            say(&format!("and {} more; the table has all of them", self.failed.len() - MOST_LISTED));
+            say(&format!("and {} more; see the table", self.failed.len() - MOST_LISTED));
         }
         if self.failed.is_empty() { arrived } else { failures(self.failed.len()) }
     }
@@ -139,7 +139,7 @@ impl Tally {
         let all = self.ok + self.failed.len() + self.cancelled;
         let mut text = format!("{all} {}: {} done", if all == 1 { "job" } else { "jobs" }, self.ok);
         if self.before > 0 {
-            text += &format!(", {} of them before", self.before);
+            text += &format!(", {} of them earlier", self.before);
         }
         if !self.failed.is_empty() {
             text += &format!("; {} failed", self.failed.len());
@@ -158,13 +158,13 @@ impl BatchJob {
         let cancel = cancel_on_interrupt();
         match self.work(&cancel) {
             Ok(None) => {
-                say("stopped before anything was begun");
+                say("stopped before anything was started");
                 ExitCode::from(INTERRUPTED)
             }
             Ok(Some((tally, table))) => {
                 let summary = format!("{}, results in {}", tally.summary(), table.display());
                 if tally.cancelled > 0 {
-                    say(&format!("stopped: {summary}; the same command goes on from there"));
+                    say(&format!("stopped: {summary}; repeat the command to resume"));
                     return ExitCode::from(INTERRUPTED);
                 }
                 tally.conclude(&if self.quiet { String::new() } else { summary + "\n" })
@@ -177,11 +177,11 @@ impl BatchJob {
     /// it waited for another.
     fn work(&self, cancel: &Cancel) -> anyhow::Result<Option<(Tally, PathBuf)>> {
         if self.output.exists() && !self.output.is_dir() {
-            bail!("{} is not a folder; name another one for the results", self.output.display());
+            bail!("{} is not a folder; choose another one for the results", self.output.display());
         }
         self.check_outputs()?;
         if self.jobs.is_empty() && !self.quiet {
-            say(&format!("there is nothing to do for this part of the list, which has {} jobs", self.listed));
+            say(&format!("nothing to do for this part of the list of {} jobs", self.listed));
         }
         let Some(desk) = Desk::take(&self.output, &self.table, cancel)? else { return Ok(None) };
 
@@ -199,7 +199,7 @@ impl BatchJob {
         let open: Vec<usize> = (0..rows.len()).filter(|&at| rows[at].is_none()).collect();
         let before = rows.len() - open.len();
         if before > 0 && !self.quiet {
-            say(&format!("{before} of {} jobs were done before", rows.len()));
+            say(&format!("{before} of {} jobs were already done", rows.len()));
         }
 
         let workers = self.workers.clamp(1, open.len().max(1));
@@ -293,14 +293,14 @@ impl BatchJob {
 /// Does one job; its files are in place when this returns.
 fn one(job: &Job, exports: &[String], desk: &Desk, cancel: &Cancel, line: &Line) -> anyhow::Result<Row> {
     let start = Instant::now();
-    let place = desk.place(job.number).with_context(|| format!("can't make files for {}", job.name))?;
+    let place = desk.place(job.number).with_context(|| format!("cannot create files for {}", job.name))?;
     // Before it is read: if it changes in between, the next batch sees that.
     let content = fingerprint::content(&job.input);
     let finished =
         Finished::make(&Source::File(job.input.clone()), job.sampling, job.params, cancel, |stage| {
             line.show(stage);
         })?;
-    let content = content.with_context(|| format!("can't read {}", job.input.display()))?;
+    let content = content.with_context(|| format!("cannot read {}", job.input.display()))?;
     let made_from = fingerprint::of_job(&content, &job.sampling, &job.params, exports)?;
     let written = finished.write(&place, &desk.target(&job.name), exports)?;
     let row = Row::ok(job, &finished, &written.notes, start.elapsed().as_secs_f64());
@@ -311,7 +311,7 @@ fn one(job: &Job, exports: &[String], desk: &Desk, cancel: &Cancel, line: &Line)
 /// What a folder is asked for that results are to be merged in.
 fn must_be_folder(path: &Path) -> anyhow::Result<()> {
     if !path.is_dir() {
-        bail!("{} is not a folder; give the one that the runs wrote to", path.display());
+        bail!("{} is not a folder; give the output folder of the runs", path.display());
     }
     Ok(())
 }

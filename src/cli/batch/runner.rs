@@ -31,7 +31,7 @@ pub(super) fn run_all<T: Send>(
     let pools = (0..workers.clamp(1, count.max(1)))
         .map(|_| rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build())
         .collect::<Result<Vec<_>, _>>()
-        .context("can't start a thread")?;
+        .context("cannot start a thread")?;
     let next = AtomicUsize::new(0);
     let (sender, receiver) = mpsc::channel();
     std::thread::scope(|scope| {
@@ -73,8 +73,8 @@ fn guarded<T>(work: impl FnOnce() -> anyhow::Result<T>) -> End<T> {
                 .downcast_ref::<&str>()
                 .copied()
                 .or_else(|| payload.downcast_ref::<String>().map(String::as_str))
-                .unwrap_or("it gave no message");
-            End::Failed(format!("the program stopped at an unexpected fault: {text}; please report it"))
+                .unwrap_or("no message");
+            End::Failed(format!("internal error: {text}; please report it"))
         }
     }
 }

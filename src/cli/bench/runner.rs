@@ -53,7 +53,7 @@ pub(super) fn run_all(
     let pools = (0..jobs.clamp(1, tasks.len().max(1)))
         .map(|_| rayon::ThreadPoolBuilder::new().num_threads(1).build())
         .collect::<Result<Vec<_>, _>>()
-        .context("can't start a thread")?;
+        .context("cannot start a thread")?;
     let next = AtomicUsize::new(0);
     let (sender, receiver) = mpsc::channel();
     std::thread::scope(|scope| {
@@ -136,7 +136,7 @@ fn figures(
     let (Some(chamfer_l1), Some(accuracy), Some(completeness)) =
         (found.chamfer_l1, found.accuracy, found.completeness)
     else {
-        return Err("it found no primitive with a surface".to_owned());
+        return Err("no primitive with a surface was found".to_owned());
     };
     Ok(Row {
         shape: name.to_owned(),
