@@ -248,7 +248,7 @@ fn a_shape_that_has_changed_or_gone_is_not_taken_and_said_so() {
     let other = String::from_utf8(tube()).unwrap().replacen("9 9 9", "9 9 8", 1);
     std::fs::write(&shape, other).unwrap();
     for words in
-        [["tube.xyz has another content", "segmented cloud"], ["it is not at", "bring the primitives in"]]
+        [["the content of tube.xyz", "segmented cloud"], ["not found at", "import them"]]
     {
         let (loaded, state) = opened(&mut worker, &place.join("out"));
         assert_eq!(loaded.shape.path, None);
@@ -271,7 +271,7 @@ fn a_shape_that_has_changed_or_gone_is_not_taken_and_said_so() {
     let text = std::fs::read_to_string(&report).unwrap();
     std::fs::write(&report, text.replacen("\"seed\": 5", "\"seed\": 6", 2)).unwrap();
     let (loaded, _) = opened(&mut worker, &place.join("out"));
-    assert!(note(&loaded).contains("report.json beside them is of another run"), "{}", note(&loaded));
+    assert!(note(&loaded).contains("report.json next to them belongs to a different run"), "{}", note(&loaded));
 }
 
 #[test]

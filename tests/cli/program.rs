@@ -206,11 +206,11 @@ fn bad_input_gives_one_clear_message_and_no_files() {
     for (name, content, words) in [
         ("empty.ply", "", "is empty"),
         ("broken.obj", "v 0 0 0\nv a b c\n", "line 2"),
-        ("mesh.stl", "solid x\nfacet normal 0 0 1\n", "line 2: a facet is not finished"),
+        ("mesh.stl", "solid x\nfacet normal 0 0 1\n", "line 2: a facet is incomplete"),
         ("scan.pcd", "# .PCD v0.7\n", "line 2"),
         ("scan.e57", "ASTM-E57 and more", "an E57 point cloud"),
-        ("letter.doc", "Dear all", "is a document, which can't be read"),
-        ("letter", "Dear all", "no format that can be read"),
+        ("letter.doc", "Dear all", "is a document, which cannot be read"),
+        ("letter", "Dear all", "unknown format"),
         ("one.xyz", "1 2 3\n", "one.xyz"),
         ("nan.xyz", "nan nan nan\n", "finite"),
     ] {
@@ -223,8 +223,8 @@ fn bad_input_gives_one_clear_message_and_no_files() {
         assert!(!folder.path().join("out").exists());
     }
     for (input, words) in [
-        ("missing.obj", "missing.obj: there is no such file or folder; check the name"),
-        ("one.xyz/a.obj", "a part of its path is a file, not a folder; check the path"),
+        ("missing.obj", "missing.obj: file or folder not found; check the name"),
+        ("one.xyz/a.obj", "part of its path is a file, not a folder; check the path"),
     ] {
         let output = superform(folder.path(), &["run", input, "-o", "out"]);
         assert_eq!(output.status.code(), Some(1));

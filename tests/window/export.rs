@@ -140,7 +140,7 @@ fn a_result_is_opened_without_a_run_and_brought_in_from_a_file() {
     let path = folder.path().join("primitives.json");
     let mut driver = Driver::finished();
     let count = driver.session().primitives().len();
-    ask(&mut driver, "Primitives, as numbers, JSON", &path);
+    ask(&mut driver, "Primitives as numbers, JSON", &path);
     driver.press("Export");
     driver.settle();
 

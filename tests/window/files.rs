@@ -57,7 +57,7 @@ fn the_result_is_taken_home() {
     let primitives = folder.path().join("out.json");
     let mut driver = Driver::finished();
     driver.export("Segmented cloud, PLY", &cloud);
-    driver.export("Primitives, as numbers, JSON", &primitives);
+    driver.export("Primitives as numbers, JSON", &primitives);
     assert!(driver.shows("Wrote the primitives"));
     let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&primitives).unwrap()).unwrap();
     assert_eq!(json["primitives"].as_array().unwrap().len(), driver.session().primitives().len());
@@ -235,9 +235,9 @@ fn dialogs_fit_into_small_windows_with_their_buttons() {
         driver.key(Modifiers::COMMAND, Key::E);
         check(&mut driver, "export", &buttons);
         // Every format can be scrolled to.
-        driver.harness.get_by_role_and_label(Role::Button, "Primitives, as numbers, JSON").scroll_to_me();
+        driver.harness.get_by_role_and_label(Role::Button, "Primitives as numbers, JSON").scroll_to_me();
         driver.harness.run_steps(8);
-        check(&mut driver, "export", &[(Role::Button, "Primitives, as numbers, JSON")]);
+        check(&mut driver, "export", &[(Role::Button, "Primitives as numbers, JSON")]);
         driver.key(Modifiers::NONE, Key::Escape);
         driver.key(Modifiers::SHIFT, Key::F12);
         check(&mut driver, "picture", &[(Role::Button, "Choose file and save…"), (Role::Button, "Cancel")]);

@@ -67,7 +67,7 @@ fn goes_away(driver: &mut Driver, text: &str) -> bool {
 }
 
 fn export(driver: &mut Driver, path: &Path) {
-    driver.export("Primitives, as numbers, JSON", path);
+    driver.export("Primitives as numbers, JSON", path);
 }
 
 fn copied(driver: &Driver) -> Option<String> {

@@ -125,7 +125,8 @@ pub fn parse_primitives(
             if text.trim_start().starts_with(['{', '[']) { json::parse(&text) } else { csv::parse(&text) };
         one.and_then(|stored| match shape {
             None | Some(0) => Ok(stored),
-            Some(n) => Err(Fault::whole(format!("it holds one shape, so there is none at place {n}"))),
+            Some(n) => Err(Fault::whole(format!("it contains only one shape, so index {n} does \
+                 not exist"))),
         })
     };
     parsed.and_then(|stored| stored.checked(origin)).map_err(|fault| fault.in_file(origin.to_owned()))
@@ -150,12 +151,12 @@ impl Found {
         for p in &primitives {
             check(p).map_err(|problem| Fault::whole(format!("primitive {}: {problem}", p.id)))?;
             if !ids.insert(p.id) {
-                return Err(Fault::whole(format!("the id {} belongs to two primitives", p.id)));
+                return Err(Fault::whole(format!("two primitives have the id {}", p.id)));
             }
         }
         let assigned = primitives.iter().try_fold(0usize, |sum, p| sum.checked_add(p.points));
         if assigned.is_none_or(|n| points.is_some_and(|all| n > all)) {
-            return Err(Fault::whole("its primitives have more points than the cloud they were made from"));
+            return Err(Fault::whole("its primitives have more points than their cloud"));
         }
         let path = origin.to_owned();
         Ok(StoredPrimitives { path, input, points, seed, sampling_seed, params, primitives, notes })
@@ -166,7 +167,7 @@ impl Found {
 fn check(p: &Primitive) -> Result<(), String> {
     let positive = |name: &str, values: &[f64]| {
         let wrong = values.iter().find(|v| !(v.is_finite() && **v > 0.0));
-        wrong.map_or(Ok(()), |v| Err(format!("{name} {v} is not above 0")))
+        wrong.map_or(Ok(()), |v| Err(format!("{name} {v} is not greater than 0")))
     };
     positive("the exponent", &p.shape.exponents)?;
     positive("the semi-axis", p.shape.semi_axes.as_slice())?;

@@ -129,7 +129,7 @@ pub fn open_result(mut stored: StoredPrimitives, input: Option<&Path>) -> Result
             labelled.as_ref().is_some_and(|l| belongs(l.points.len(), input.as_ref(), &report, &stored));
         if !is_of_it {
             stored.notes.push(format!(
-                "{SEGMENTED_FILE} beside the primitives is not that of their run and was left aside"
+                "{SEGMENTED_FILE} next to the primitives belongs to a different run and was ignored"
             ));
         }
         labelled.filter(|_| is_of_it)
@@ -144,7 +144,7 @@ pub fn open_result(mut stored: StoredPrimitives, input: Option<&Path>) -> Result
             (
                 Shape { attributes, ..cloud },
                 FoundAs::Segmented,
-                "the points of the segmented cloud beside them",
+                "the points of the segmented cloud next to them",
             )
         }
         None if has_points(&stored.path) => {
@@ -159,8 +159,8 @@ pub fn open_result(mut stored: StoredPrimitives, input: Option<&Path>) -> Result
     };
     let mut notes = shape.notes;
     notes.push(format!(
-        "the shape of these primitives was not found ({why}): taken instead were {of}; to see them on the \
-         shape, open it and bring the primitives in"
+        "the shape of these primitives was not found ({why}); using {of} instead. To see the \
+         primitives on the shape, open the shape and import them"
     ));
     let shape = Shape { name, path: None, content: None, notes, ..shape };
     Ok(OpenedResult { stored, shape, found_as, segmented, sampling })
@@ -249,10 +249,10 @@ impl Report {
     fn beside(stored: &StoredPrimitives) -> Result<Self, String> {
         let path = stored.path.with_file_name(REPORT_FILE);
         let Ok(bytes) = super::content(&path) else {
-            return Err(format!("no {REPORT_FILE} beside them tells which it is"));
+            return Err(format!("there is no {REPORT_FILE} next to them that names it"));
         };
         let report: Self = serde_json::from_slice(&bytes)
-            .map_err(|error| format!("the {REPORT_FILE} beside them can't be read: {error}"))?;
+            .map_err(|error| format!("the {REPORT_FILE} next to them cannot be read: {error}"))?;
         // What a file doesn't tell can't differ.
         let differ = |a: Option<u64>, b: Option<u64>| a.zip(b).is_some_and(|(a, b)| a != b);
         let is_other = stored.input.as_ref().is_some_and(|name| *name != report.input.name)
@@ -260,7 +260,7 @@ impl Report {
             || differ(stored.sampling_seed, report.sampling_seed)
             || differ(stored.points.map(|n| n as u64), report.points.map(|n| n as u64))
             || differ(Some(stored.primitives.len() as u64), report.primitives.map(|n| n as u64));
-        if is_other { Err(format!("the {REPORT_FILE} beside them is of another run")) } else { Ok(report) }
+        if is_other { Err(format!("the {REPORT_FILE} next to them belongs to a different run")) } else { Ok(report) }
     }
 }
 
@@ -270,7 +270,7 @@ impl Input {
         // Without a path, early reports were of the built-in shape.
         if self.built_in.unwrap_or(self.path.is_none()) {
             let shape = built_in()?;
-            let why = "the shape that is built in is another one in this version";
+            let why = "the built-in shape has changed in this version";
             return Ok(if self.has_counts_of(&shape) { Ok(shape) } else { Err(why.to_owned()) });
         }
         let places = self.places(beside);
@@ -281,9 +281,9 @@ impl Input {
         }
         let listed: Vec<String> = places.iter().map(|place| place.display().to_string()).collect();
         Ok(Err(match places.iter().find(|place| place.is_file()) {
-            Some(changed) => format!("{} has another content than it had then", changed.display()),
-            None if listed.is_empty() => format!("{REPORT_FILE} tells no path"),
-            None => format!("it is not at {}", listed.join(", nor at ")),
+            Some(changed) => format!("the content of {} has changed since", changed.display()),
+            None if listed.is_empty() => format!("{REPORT_FILE} contains no path"),
+            None => format!("not found at {}", listed.join(" or at ")),
         }))
     }
 

@@ -302,8 +302,8 @@ impl Writing {
             _ => {
                 let materials = materials(path).filter(|_| colors);
                 if colors && materials.is_none() {
-                    let lost = "an OBJ has its colours in a file beside it, and here is no place for one: \
-                                they are left out";
+                    let lost = "an OBJ stores its colours in a second file, which cannot be \
+                         written here; they are omitted";
                     self.notes.push(lost.to_owned());
                 }
                 let name = materials.as_deref().and_then(Path::file_name).map(|n| n.to_string_lossy());
@@ -325,7 +325,8 @@ impl Writing {
     ) -> Result<(), WriteError> {
         if is_written_through(path) {
             let problem =
-                format!("{format} has meshes beside it, and here is no place for them; name a file");
+                format!("{format} stores meshes in separate files, which cannot be written here; \
+                     give a file name");
             return Err(WriteError::Content { path: path.to_owned(), problem });
         }
         let robot = Robot::new(set, options, robot::name(path)).map_err(content(path))?;

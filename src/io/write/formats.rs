@@ -29,8 +29,8 @@ impl Kind {
         match self {
             Self::Cloud => "Segmented cloud",
             Self::Mesh => "Segmented mesh",
-            Self::Primitives => "Primitives, as numbers",
-            Self::Scene => "Primitives, as bodies",
+            Self::Primitives => "Primitives as numbers",
+            Self::Scene => "Primitives as meshes",
         }
     }
 }
@@ -68,7 +68,7 @@ impl Choice {
             Self::Doubles => "Double precision",
             Self::SplitBoundaries => "Cut faces along boundaries",
             Self::Resolution => "Resolution",
-            Self::ExactShapes => "Spheres, boxes and cylinders as such",
+            Self::ExactShapes => "Use exact spheres, boxes and cylinders",
             Self::Density => "Density",
             Self::Scale => "Metres per unit",
         }
@@ -77,26 +77,32 @@ impl Choice {
     /// One sentence on what it does.
     pub fn hint(self) -> &'static str {
         match self {
-            Self::Binary => "Smaller and faster; switched off, the file is text.",
-            Self::Colors => "The colours of the screen, beside the labels.",
+            Self::Binary => "Smaller and faster. Off: the file is text.",
+            Self::Colors => "Colours as shown on screen, in addition to labels.",
             Self::InputAttributes => {
-                "What the input file says of its points goes along, where it says something."
+                "Include normals, colours and labels from the input file, if it has any."
             }
             Self::Doubles => {
-                "Keeps every digit, but PCL and Open3D don't read it. Switched off, places are rounded to 7 digits."
+                "Keep all digits. PCL and Open3D cannot read this. Off: coordinates are rounded \
+                 to 7 digits."
             }
             Self::SplitBoundaries => {
-                "A face that belongs to several parts is cut along the boundary; switched off, it goes to the part that has most of it."
+                "Cut faces that belong to several parts along the boundary. Off: a face goes to \
+                 the part that covers most of it."
             }
-            Self::Resolution => "Pieces of a quarter turn: the more, the smoother, and the larger the file.",
+            Self::Resolution => "Segments per quarter turn. Higher values give smoother surfaces \
+                 and larger files.",
             Self::ExactShapes => {
-                "Where a primitive nearly is one, simulators get it as such: contacts are faster and smoother than with a mesh."
+                "Write primitives that are nearly a sphere, box or cylinder as exactly that. \
+                 Simulators compute contacts faster and more smoothly than with meshes."
             }
             Self::Density => {
-                "Mass and inertia come from the volume, at so many kilograms a cubic metre: 1000 is water."
+                "In kilograms per cubic metre; water is 1000. Mass and inertia are computed from \
+                 the volume."
             }
             Self::Scale => {
-                "Simulators take lengths as metres. For an input in millimetres this is 0.001, in inches 0.0254."
+                "Simulators use metres. For an input in millimetres this is 0.001, in inches \
+                 0.0254."
             }
         }
     }
@@ -119,7 +125,7 @@ pub struct ExportOptions {
     pub split_boundaries: bool,
     /// Pieces of a quarter turn of a primitive's surface; even.
     pub resolution: usize,
-    /// Spheres, boxes and cylinders as such in robot models, where a primitive
+    /// Use exact spheres, boxes and cylinders in robot models, where a primitive
     /// is one within the tolerance.
     pub exact_shapes: bool,
     /// Mass per volume of a robot model, in kg per cubic metre.
@@ -166,7 +172,8 @@ impl ExportOptions {
             [("density", self.density, Self::DENSITY), ("scale", self.scale, Self::SCALE)]
         {
             if !(value >= least && value <= most) {
-                return Err(format!("{name} is {value:?}, but must lie between {least:?} and {most:?}"));
+                return Err(format!("{name} is {value:?}, but must be between {least:?} and \
+                     {most:?}"));
             }
         }
         Ok(())
@@ -253,7 +260,7 @@ impl Format {
                 "ply",
                 Kind::Cloud,
                 "PLY",
-                "For CloudCompare, MeshLab and Open3D; keeps every digit",
+                "For CloudCompare, MeshLab and Open3D; full precision",
                 &[Binary, Colors, InputAttributes],
             ),
             Self::CloudCsv => about(
@@ -261,7 +268,7 @@ impl Format {
                 "csv",
                 Kind::Cloud,
                 "CSV",
-                "For spreadsheets, pandas and R: a line a point, with a header",
+                "For spreadsheets, pandas and R: one line per point, with a header",
                 &[Colors, InputAttributes],
             ),
             Self::CloudXyz => about(
@@ -269,7 +276,7 @@ impl Format {
                 "xyz",
                 Kind::Cloud,
                 "XYZ text",
-                "For whatever reads columns of numbers; the label stands last",
+                "For programs that read columns of numbers; the label is the last column",
                 &[Colors, InputAttributes],
             ),
             Self::CloudPcd => about(
@@ -277,7 +284,7 @@ impl Format {
                 "pcd",
                 Kind::Cloud,
                 "PCD",
-                "For PCL, ROS and Open3D; places in single precision, if not asked otherwise",
+                "For PCL, ROS and Open3D; single-precision coordinates by default",
                 &[Binary, Colors, InputAttributes, Doubles],
             ),
             Self::CloudNpz => about(
@@ -285,7 +292,7 @@ impl Format {
                 "npz",
                 Kind::Cloud,
                 "NPZ",
-                "For NumPy and PyTorch: arrays points, labels, colors; keeps every digit",
+                "For NumPy and PyTorch: arrays points, labels, colors; full precision",
                 &[Colors, InputAttributes],
             ),
             Self::MeshPly => about(
@@ -293,7 +300,7 @@ impl Format {
                 "ply",
                 Kind::Mesh,
                 "PLY",
-                "For MeshLab and trimesh: one mesh with a label and a colour a face",
+                "For MeshLab and trimesh: one mesh, one label and one colour per face",
                 &[Binary, Colors, SplitBoundaries],
             ),
             Self::MeshObj => about(
@@ -301,7 +308,8 @@ impl Format {
                 "obj",
                 Kind::Mesh,
                 "OBJ",
-                "For Blender and most others: an object a part, colours in an .mtl beside it",
+                "For Blender and most other programs: one object per part, colours in a separate \
+                 .mtl file",
                 &[Colors, SplitBoundaries],
             ),
             Self::MeshGlb => about(
@@ -309,7 +317,7 @@ impl Format {
                 "glb",
                 Kind::Mesh,
                 "GLB",
-                "For Blender, the web and game engines: a node, a mesh and a material a part",
+                "For Blender, the web and game engines: one node, mesh and material per part",
                 &[Colors, SplitBoundaries],
             ),
             Self::MeshStl => about(
@@ -317,7 +325,8 @@ impl Format {
                 "stl",
                 Kind::Mesh,
                 "STL",
-                "For printing and CAD: as text a solid a part, binary one solid with colours a face",
+                "For 3D printing and CAD: as text one solid per part, as binary one solid with \
+                 one colour per face",
                 &[Binary, Colors, SplitBoundaries],
             ),
             Self::PrimitivesJson => about(
@@ -325,7 +334,7 @@ impl Format {
                 "json",
                 Kind::Primitives,
                 "JSON",
-                "The program's own: all there is to know, with a schema; can be opened again",
+                "Superform's own format, complete and with a schema; can be opened again",
                 &[],
             ),
             Self::PrimitivesNpz => about(
@@ -341,7 +350,8 @@ impl Format {
                 "csv",
                 Kind::Primitives,
                 "CSV",
-                "13 numbers a line, in the order of the paper's authors (MATLAB); can be opened again",
+                "13 numbers per line, in the order used by the paper's authors (MATLAB); can be \
+                 opened again",
                 &[],
             ),
             Self::SurfacesGlb => about(
@@ -349,7 +359,7 @@ impl Format {
                 "glb",
                 Kind::Scene,
                 "GLB",
-                "For Blender, the web and game engines: a node a primitive, at its pose",
+                "For Blender, the web and game engines: one node per primitive, with its pose",
                 &[Colors, Resolution],
             ),
             Self::SurfacesObj => about(
@@ -357,7 +367,7 @@ impl Format {
                 "obj",
                 Kind::Scene,
                 "OBJ",
-                "For Blender and most others: an object a primitive; keeps every digit",
+                "For Blender and most other programs: one object per primitive; full precision",
                 &[Colors, Resolution],
             ),
             Self::SurfacesPly => about(
@@ -365,7 +375,7 @@ impl Format {
                 "ply",
                 Kind::Scene,
                 "PLY",
-                "For MeshLab and trimesh: one mesh with a label and a colour a face",
+                "For MeshLab and trimesh: one mesh, one label and one colour per face",
                 &[Binary, Colors, Resolution],
             ),
             Self::SurfacesStl => about(
@@ -373,7 +383,8 @@ impl Format {
                 "stl",
                 Kind::Scene,
                 "STL",
-                "For printing and CAD: as text a solid a primitive, binary one solid with colours a face",
+                "For 3D printing and CAD: as text one solid per primitive, as binary one solid \
+                 with one colour per face",
                 &[Binary, Colors, Resolution],
             ),
             Self::Urdf => about(
@@ -381,7 +392,8 @@ impl Format {
                 "urdf",
                 Kind::Scene,
                 "URDF",
-                "For ROS, PyBullet, Drake, Isaac: a link a primitive with visual, convex collision, mass and inertia",
+                "For ROS, PyBullet, Drake and Isaac: one link per primitive with visual, convex \
+                 collision, mass and inertia",
                 &[Colors, Resolution, ExactShapes, Density, Scale],
             ),
             Self::Mjcf => about(
@@ -389,7 +401,8 @@ impl Format {
                 "xml",
                 Kind::Scene,
                 "MJCF",
-                "For MuJoCo: a free body, in it a body a primitive with convex geoms, mass and inertia",
+                "For MuJoCo: one free body with a child body per primitive, with convex geoms, \
+                 mass and inertia",
                 &[Colors, Resolution, ExactShapes, Density, Scale],
             ),
         }

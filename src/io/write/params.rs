@@ -69,7 +69,7 @@ pub(super) fn checked(p: &Primitive) -> io::Result<&Primitive> {
     if p.shape.is_valid() && p.sigma.is_finite() && p.mean_distance.is_finite() {
         return Ok(p);
     }
-    Err(unfit(format!("primitive {} has a parameter that is not valid", p.id)))
+    Err(unfit(format!("primitive {} has an invalid parameter", p.id)))
 }
 
 impl PrimitiveEntry {
@@ -205,7 +205,7 @@ pub fn primitives_text(format: Format, set: &PrimitiveSet<'_>) -> Result<String,
     match format {
         Format::PrimitivesJson => set.json(&mut text),
         Format::PrimitivesCsv => set.csv(&mut text),
-        _ => Err(unfit(format!("{format} has no text; take json or csv"))),
+        _ => Err(unfit(format!("{format} is not a text format; use JSON or CSV"))),
     }
     .and_then(|()| String::from_utf8(text).map_err(|e| unfit(e.to_string())))
     .map_err(|e| WriteError::Content { path: Path::new("the text").to_owned(), problem: e.to_string() })

@@ -65,7 +65,7 @@ impl Parts {
     ) -> io::Result<Self> {
         let (cloud, labels) = (outcome.cloud, &outcome.abstraction.labels);
         if cloud.points.len() != labels.len() {
-            return Err(unfit("the labels belong to another cloud"));
+            return Err(unfit("the labels belong to a different cloud"));
         }
         let (mesh, labels) = if options.split_boundaries {
             split_at_boundaries(mesh, cloud, labels)
@@ -144,12 +144,13 @@ pub(super) fn rounding<'a>(
     let coordinates = places.clone().filter(finite).flat_map(|p| p.iter().copied());
     if coordinates.clone().any(|c| !(c as f32).is_finite()) {
         return Err(unfit(
-            "a place is too far off for single precision; take a format with double precision",
+            "a coordinate is out of range for single precision; use a format with double precision",
         ));
     }
     let off = coordinates.map(|c| (f64::from(c as f32) - c).abs()).fold(0.0, f64::max);
     let extent = bounds(places.filter(finite).copied()).map_or(0.0, |(lo, hi)| (hi - lo).amax());
-    Ok((off > 1e-6 * extent).then(|| format!("places were rounded to single precision, by up to {off:.2e}")))
+    Ok((off > 1e-6 * extent).then(|| format!("coordinates were rounded to single precision, by up \
+         to {off:.2e}")))
 }
 
 /// A frame about the middle of the points where they are far from the origin.

@@ -30,7 +30,8 @@ pub(super) struct Array {
 impl<'a> Archive<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Result<Self, Fault> {
         let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|e| {
-            Fault::whole(format!("the archive is damaged ({e}); it may not have been written to the end"))
+            Fault::whole(format!("the archive is damaged ({e}); it may not have been written \
+                 completely"))
         })?;
         Ok(Self { zip })
     }
@@ -58,14 +59,15 @@ impl<'a> Archive<'a> {
         }
         let wrong = |problem: String| Fault::whole(format!("the array \"{name}\" {problem}"));
         let member =
-            self.zip.by_name(&format!("{name}.npy")).map_err(|e| wrong(format!("can't be unpacked: {e}")))?;
+            self.zip.by_name(&format!("{name}.npy")).map_err(|e| wrong(format!("cannot be \
+                 decompressed: {e}")))?;
         let mut bytes = Vec::new();
         member
             .take(LARGEST + 1)
             .read_to_end(&mut bytes)
-            .map_err(|e| wrong(format!("can't be unpacked: {e}")))?;
+            .map_err(|e| wrong(format!("cannot be decompressed: {e}")))?;
         if bytes.len() as u64 > LARGEST {
-            return Err(wrong(format!("unpacks to more than {LARGEST} bytes")));
+            return Err(wrong(format!("decompresses to more than {LARGEST} bytes")));
         }
         Array::parse(&bytes).map(Some).map_err(wrong)
     }
@@ -73,7 +75,7 @@ impl<'a> Archive<'a> {
 
 impl Array {
     fn parse(bytes: &[u8]) -> Result<Self, String> {
-        let damaged = || "has no head as NumPy writes it".to_owned();
+        let damaged = || "has no valid NumPy header".to_owned();
         let rest = bytes.strip_prefix(b"\x93NUMPY").ok_or_else(damaged)?;
         let (length, from) = match rest {
             [1, _, a, b, ..] => (usize::from(u16::from_le_bytes([*a, *b])), 4),
@@ -86,9 +88,9 @@ impl Array {
 
         let after = |key: &str| head.split_once(&format!("'{key}':")).map(|(_, after)| after.trim_start());
         let descr = after("descr").and_then(|t| t.strip_prefix('\'')?.split('\'').next());
-        let descr = descr.ok_or("has values of several kinds, which can't be read")?;
+        let descr = descr.ok_or("has values of several types, which is not supported")?;
         if after("fortran_order").is_none_or(|t| !t.starts_with("False")) {
-            return Err("is in Fortran order; save np.ascontiguousarray of it".to_owned());
+            return Err("is in Fortran order; save it with np.ascontiguousarray".to_owned());
         }
         let sizes =
             after("shape").and_then(|t| t.strip_prefix('(')?.split(')').next()).ok_or_else(damaged)?;
@@ -103,17 +105,18 @@ impl Array {
         let (order, kind) = (characters.next(), characters.next());
         let size = characters.as_str().parse::<usize>().ok();
         let (Some(order), Some(kind), Some(size)) = (order, kind, size) else {
-            return Err(format!("is of type {descr}, which can't be read"));
+            return Err(format!("is of type {descr}, which is not supported"));
         };
         let width = match (kind, size) {
             ('f', 2 | 4 | 8) | ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1) => size,
             ('S', 1..=4096) => size,
             ('U', 1..=4096) => 4 * size,
-            _ => return Err(format!("is of type {descr}, which can't be read; save it as numbers")),
+            _ => return Err(format!("is of type {descr}, which is not supported; save it as \
+                 numbers")),
         };
         let wanted = shape.iter().try_fold(width, |n, &size| n.checked_mul(size));
         if wanted.is_none_or(|n| n > data.len()) {
-            return Err(format!("should be of shape {shape:?}, but is cut short at {} bytes", data.len()));
+            return Err(format!("should have shape {shape:?}, but is truncated at {} bytes", data.len()));
         }
         let data = data[..wanted.unwrap_or(0)].to_vec();
         Ok(Self { shape, kind: kind as u8, width, is_big_endian: order == '>', data })
@@ -126,7 +129,7 @@ impl Array {
             .zip(from.checked_add(count).and_then(|end| end.checked_mul(self.width)))
             .and_then(|(start, end)| self.data.get(start..end))
             .ok_or_else(|| "is too short".to_owned())?;
-        let scalar = self.scalar().ok_or("holds texts, where numbers are needed")?;
+        let scalar = self.scalar().ok_or("contains strings instead of numbers")?;
         Ok(bytes.chunks_exact(self.width).map(|value| scalar.value(value, self.is_big_endian)).collect())
     }
 
