@@ -510,12 +510,7 @@ impl eframe::App for App {
 fn stored<T: serde::de::DeserializeOwned>(storage: &dyn eframe::Storage, name: &str) -> Option<T> {
     let text = storage.get_string(name)?;
     serde_json::from_str(&text)
-        .inspect_err(|error| {
-            tracing::warn!(
-                "cannot read the stored {name}; using defaults: \
-             {error}"
-            )
-        })
+        .inspect_err(|error| tracing::warn!("cannot read the stored {name}; using defaults: {error}"))
         .ok()
 }
 

@@ -306,8 +306,8 @@ fn folder_for_results(path: &Path) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "{shown} looks like a file, but results go to a folder; give a folder, or write {shown}/ \
-         if this is one"
+        "{shown} looks like a file, but results go to a folder; give a folder, or write {shown}/ if this is \
+         one"
     ))
 }
 
@@ -343,8 +343,7 @@ fn misspelt_command(error: &clap::Error, args: impl Iterator<Item = OsString>) -
     let known = commands.contains(&first.as_str());
     (!known).then(|| {
         format!(
-            "{first} is neither a command nor an existing file; commands are {} (see superform \
-             --help)",
+            "{first} is neither a command nor an existing file; commands are {} (see superform --help)",
             commands.join(", ")
         )
     })

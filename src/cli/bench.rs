@@ -88,8 +88,7 @@ impl FromStr for Seeds {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let number = |t: &str| t.trim().parse::<u64>().map_err(|_| format!("“{t}” is not a whole \
-             number"));
+        let number = |t: &str| t.trim().parse::<u64>().map_err(|_| format!("“{t}” is not a whole number"));
         let mut seeds = Vec::new();
         for part in text.split(',') {
             match part.split_once("..") {
@@ -181,7 +180,10 @@ impl BenchJob {
         let cancel = cancel_on_interrupt();
         match self.work(&cancel) {
             Ok(None) => {
-                say(&format!("stopped; repeat the command to resume from the results in {}", self.output.display()));
+                say(&format!(
+                    "stopped; repeat the command to resume from the results in {}",
+                    self.output.display()
+                ));
                 ExitCode::from(INTERRUPTED)
             }
             Ok(Some((text, failures))) => {

@@ -106,8 +106,11 @@ fn table(result: &StoredPrimitives, shape: &Shape, reference: &Reference, metric
         row("Unassigned", format!("{:.1} %", 100.0 * share), "of the samples");
     }
     if let Some(share) = metrics.buried_share {
-        row("Buried", format!("{:.1} %", 100.0 * share), "of the primitives' surface is inside \
-             other primitives");
+        row(
+            "Buried",
+            format!("{:.1} %", 100.0 * share),
+            "of the primitives' surface is inside other primitives",
+        );
     }
     text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
 }

@@ -129,8 +129,7 @@ impl ExportArgs {
         let options = self.options.resolve()?;
         let named = self
             .format
-            .map(|name| Format::by_name(&name).ok_or_else(|| format!("{name} is not a format; see \
-                 --list")))
+            .map(|name| Format::by_name(&name).ok_or_else(|| format!("{name} is not a format; see --list")))
             .transpose()?;
         let target = |path: PathBuf| match named.or_else(|| Format::from_path(&path, None)) {
             Some(format) => Ok((path, format)),
@@ -273,8 +272,8 @@ impl WriteJob {
                 self.shape.as_deref().filter(|_| stored.path.with_file_name(SEGMENTED_FILE).exists())
             {
                 bail!(
-                    "{} is not the abstracted shape: it does not match the segmented cloud next \
-                     to the result",
+                    "{} is not the abstracted shape: it does not match the segmented cloud next to the \
+                     result",
                     shape.display()
                 );
             }

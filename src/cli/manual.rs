@@ -57,7 +57,8 @@ fn page(man: &clap_mangen::Man) -> std::io::Result<Vec<u8>> {
 /// Writes a page a command; returns the list of what was written.
 fn write_pages(folder: &Path) -> anyhow::Result<String> {
     folder_for_results(folder).map_err(anyhow::Error::msg)?;
-    std::fs::create_dir_all(folder).with_context(|| format!("cannot create the folder {}", folder.display()))?;
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("cannot create the folder {}", folder.display()))?;
     let mut program = described();
     program.build();
     let commands: Vec<clap::Command> =

@@ -27,8 +27,8 @@ pub(super) fn matches(pattern: &Path) -> Result<Vec<PathBuf>, String> {
         };
         // What is no text in it stands for what is no text in names.
         let text = part.to_string_lossy();
-        let compiled = Pattern::new(&text)
-            .map_err(|e| format!("invalid pattern {}: {}", pattern.display(), e.msg))?;
+        let compiled =
+            Pattern::new(&text).map_err(|e| format!("invalid pattern {}: {}", pattern.display(), e.msg))?;
         let mut next = Vec::new();
         for path in found {
             if text == "**" {

@@ -219,8 +219,7 @@ impl CameraArgs {
         let perspective = if turned {
             let elevation = self.elevation.unwrap_or(ELEVATION);
             if !(-90.0..=90.0).contains(&elevation) {
-                return Err(format!("the elevation is {elevation}, but must be between -90 and 90 \
-                     degrees"));
+                return Err(format!("the elevation is {elevation}, but must be between -90 and 90 degrees"));
             }
             Viewpoint::Perspective { azimuth: self.azimuth.unwrap_or(AZIMUTH), elevation }
         } else {
@@ -303,7 +302,10 @@ impl TurntableArgs {
         let Some(frames) = self.turntable else { return Ok(None) };
         let (least, most) = SECONDS;
         if !(least..=most).contains(&self.seconds) {
-            return Err(format!("a turn takes {} seconds, but must take between {least} and {most}", self.seconds));
+            return Err(format!(
+                "a turn takes {} seconds, but must take between {least} and {most}",
+                self.seconds
+            ));
         }
         Ok(Some(Turn { frames, seconds: self.seconds }))
     }
@@ -319,13 +321,14 @@ fn check_name(output: &Path, is_turntable: bool) -> Result<(), String> {
     match (ending_of(output).as_deref(), is_turntable) {
         (None, _) | (Some("png"), false) | (Some("gif"), true) => Ok(()),
         (Some("png"), true) => Err("a turntable is a GIF file; use the ending .gif".to_owned()),
-        (Some("gif"), false) => Err("a picture is a PNG file; use the ending .png, or add \
-             --turntable".to_owned()),
+        (Some("gif"), false) => {
+            Err("a picture is a PNG file; use the ending .png, or add --turntable".to_owned())
+        }
         (Some(ending), _) => {
             let shown = output.display();
             Err(format!(
-                "pictures are written as .png and turntables as .gif, but {shown} ends with \
-                 .{ending}; for a folder of that name write {shown}/"
+                "pictures are written as .png and turntables as .gif, but {shown} ends with .{ending}; for \
+                 a folder of that name write {shown}/"
             ))
         }
     }
@@ -343,8 +346,9 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     let (least, most) = SIDE;
     let side = |text: &str| text.trim().parse::<u32>().ok().filter(|side| (least..=most).contains(side));
     let sides = text.split_once(['x', 'X', '×', '*']).and_then(|(w, h)| Some([side(w)?, side(h)?]));
-    sides.ok_or_else(|| format!("expected width and height in pixels, {least} to {most} each, \
-         such as 1200x900"))
+    sides.ok_or_else(|| {
+        format!("expected width and height in pixels, {least} to {most} each, such as 1200x900")
+    })
 }
 
 fn degrees(text: &str) -> Result<f64, String> {

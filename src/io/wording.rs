@@ -24,8 +24,7 @@ pub fn on_reading(error: &Error) -> String {
 /// Why something can't be written, and what to do about it.
 pub fn on_writing(error: &Error) -> String {
     let advice = match innermost(error).kind() {
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "free some space or choose another \
-             folder",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "free some space or choose another folder",
         ErrorKind::NotFound => "create the folder first or choose another",
         ErrorKind::PermissionDenied => "choose a folder with write permission",
         ErrorKind::ReadOnlyFilesystem => "choose another folder",
@@ -37,8 +36,7 @@ pub fn on_writing(error: &Error) -> String {
         ErrorKind::FileTooLarge => "choose another disk or export less",
         ErrorKind::OutOfMemory => "close other programs and try again",
         ErrorKind::BrokenPipe => "restart the program that reads it",
-        kind if is_unreachable(kind) => "check that the drive is connected or choose another \
-             folder",
+        kind if is_unreachable(kind) => "check that the drive is connected or choose another folder",
         kind if is_in_use(kind) => "close the program that uses it or choose another name",
         _ => "choose another folder",
     };

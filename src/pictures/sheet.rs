@@ -26,8 +26,8 @@ pub enum SheetError {
     #[error("nothing to show on the sheet")]
     Empty,
     #[error(
-        "a sheet of {cells} cells would have {width} × {height} pixels, which is too large; \
-         reduce the cell size"
+        "a sheet of {cells} cells would have {width} × {height} pixels, which is too large; reduce the cell \
+         size"
     )]
     TooLarge { cells: usize, width: u64, height: u64 },
 }

@@ -214,12 +214,7 @@ fn read_header(input: &mut impl Read, path: &Path) -> Result<(), OpenError> {
         return Err(OpenError::NotASession { path: path.to_owned() });
     }
     let damaged = |problem: &str| Fault::at(0, problem).in_file(path.to_owned());
-    let header: [u8; HEADER] = header.try_into().map_err(|_| {
-        damaged(
-            "the file ends within its \
-         header",
-        )
-    })?;
+    let header: [u8; HEADER] = header.try_into().map_err(|_| damaged("the file ends within its header"))?;
     if header[28..] != crc32fast::hash(&header[..28]).to_le_bytes() {
         return Err(damaged("the header's checksum does not match"));
     }

@@ -19,8 +19,8 @@ pub enum OpenError {
     #[error("{path} is not a Superform session; open a file written by Save session (.superform)", path = path.display())]
     NotASession { path: PathBuf },
     #[error(
-        "{path} has session format {format}, written by Superform {program}; this is Superform \
-         {this}, which reads formats up to {VERSION}; open it with Superform {program} or later",
+        "{path} has session format {format}, written by Superform {program}; this is Superform {this}, \
+         which reads formats up to {VERSION}; open it with Superform {program} or later",
         path = path.display(), this = env!("CARGO_PKG_VERSION"),
     )]
     TooNew { path: PathBuf, format: u16, program: String },

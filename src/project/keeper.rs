@@ -236,10 +236,7 @@ impl<F: Fn(Event)> Desk<F> {
     fn guarded(&mut self, work: impl FnOnce(&mut Self)) {
         if let Err(error) = caught(|| work(self)) {
             let what = "The thread that saves sessions stopped after an internal error".to_owned();
-            let error = format!(
-                "{error}; save the session under another name and please report \
-                 this"
-            );
+            let error = format!("{error}; save the session under another name and please report this");
             (self.tell)(Event::Failed { what, error });
         }
     }

@@ -43,8 +43,8 @@ pub fn open(path: &Path) -> Result<Opened, OpenError> {
             Ok(workspace) => {
                 let lost = |Fault { byte, problem }| {
                     format!(
-                        "The file is damaged at byte {byte} ({problem}). Everything before that \
-                         was opened; the rest is lost"
+                        "The file is damaged at byte {byte} ({problem}). Everything before that was opened; \
+                         the rest is lost"
                     )
                 };
                 return Ok(Opened { workspace, notes: fault.map(lost).into_iter().collect() });

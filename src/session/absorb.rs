@@ -83,20 +83,19 @@ impl Session {
         let (what, advice) = match who {
             Helper::Sampler => (
                 "The computation thread stopped after an internal error",
-                "It has been restarted. All states and settings are kept; only the step in \
-                 progress was lost. Press Run to continue from the shown state. If this happens \
-                 again, save the session and report the problem with the details, the shape and \
-                 the parameters",
+                "It has been restarted. All states and settings are kept; only the step in progress was \
+                 lost. Press Run to continue from the shown state. If this happens again, save the session \
+                 and report the problem with the details, the shape and the parameters",
             ),
             Helper::Measurer => (
                 "The measuring thread stopped after an internal error",
-                "It has been restarted. Only the measurement in progress was lost. Please report \
-                 the problem with the details and the shape",
+                "It has been restarted. Only the measurement in progress was lost. Please report the \
+                 problem with the details and the shape",
             ),
             Helper::Seeds => (
                 "The thread for seed runs stopped after an internal error",
-                "It has been restarted. Finished runs are kept; start the others again. Please \
-                 report the problem with the details and the shape",
+                "It has been restarted. Finished runs are kept; start the others again. Please report the \
+                 problem with the details and the shape",
             ),
         };
         if matches!(who, Helper::Sampler | Helper::Measurer) {

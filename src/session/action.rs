@@ -289,8 +289,7 @@ verbs! {
     Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, PCD, LAS, NPY, XYZ …), a result or a session";
     OpenBuiltIn: File, None, "Open built-in shape", "Open the shape included with the program";
     SaveSession: File, ctrl('S'), "Save session",
-        "Save everything to one file: shape, parameters, all states and branches, undo history \
-         and view";
+        "Save everything to one file: shape, parameters, all states and branches, undo history and view";
     SaveSessionAs: File, ctrl_shift('S'), "Save session as…", "Save the session to another file \
          and continue with that file";
     ReopenLast: File, None, "Reopen last session", "Open the unsaved session from the last time \
@@ -307,8 +306,7 @@ verbs! {
         "Replace the shown primitives with those in the clipboard (JSON or CSV)";
     TakeFrom: File, ctrl('I'), "Import primitives…",
         "Replace the shown primitives with those in a file (JSON, NPZ or CSV); the points are kept";
-    SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save an image of the \
-         window (PNG)";
+    SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save an image of the window (PNG)";
     ClearRecent: File, None, "Clear recent files", "Clear the list of recently opened files";
     SavePicture: File, shift(Key::Function(12)), "Save picture…",
         "Save an image of the 3D view at any size, optionally with a transparent background (PNG)";
@@ -319,16 +317,13 @@ verbs! {
     Undo: Edit, ctrl('Z'), "Undo", "Undo the last change";
     Redo: Edit, ctrl_shift('Z'), "Redo", "Redo the last undone change";
     MergeSelected: Edit, plain(Key::Char('J')), "Merge selected",
-        "Merge the selected primitives into one, fitted to all their points, regardless of the \
-         merge test";
+        "Merge the selected primitives into one, fitted to all their points, regardless of the merge test";
     JudgeMerge: Edit, shift(Key::Char('J')), "Test this merge…",
         "Fit one primitive to the two selected ones and show the result of the merge test";
-    SplitSelected: Edit, plain(Key::Char('D')), "Split", "Split the selected primitive into two \
-         and fit both";
+    SplitSelected: Edit, plain(Key::Char('D')), "Split", "Split the selected primitive into two and fit both";
     DeleteSelected: Edit, plain(Key::Delete), "Delete", "Delete the selected primitives; their \
          points become unassigned";
-    RefitSelected: Edit, plain(Key::Char('U')), "Refit", "Fit the selected primitive to its \
-         points again";
+    RefitSelected: Edit, plain(Key::Char('U')), "Refit", "Fit the selected primitive to its points again";
     LockSelected: Edit, plain(Key::Char('K')), "Lock or unlock",
         "The sampler does not change locked primitives or their points, even when the run restarts";
     DropShape: Edit, plain(Key::Escape), "Cancel change",
@@ -342,8 +337,7 @@ verbs! {
     HandlesTaper: Edit, shift(Key::Char('T')), "Taper with handles",
         "Show handles that taper the selected primitive; Ctrl snaps, Esc cancels";
     HandlesRoundness: Edit, plain(Key::Char('O')), "Round with handles",
-        "Show handles that change the exponents ε1 and ε2 of the selected primitive; Ctrl snaps, \
-         Esc cancels";
+        "Show handles that change the exponents ε1 and ε2 of the selected primitive; Ctrl snaps, Esc cancels";
     NewCluster: Edit, plain(Key::Char('C')), "New cluster from points",
         "Move the selected points to a new cluster and fit a primitive to them";
     BelongTogether: Edit, plain(Key::Char('G')), "Pin to one cluster",
@@ -359,8 +353,7 @@ verbs! {
         "Run one Gibbs iteration, or the next step of a method without iterations";
     StepMerge: Run, plain(Key::Char('M')), "Step merge",
         "Propose the best pair of primitives to merge and show the merge test; then accept or skip";
-    AcceptMerge: Run, plain(Key::Enter), "Accept", "Accept the proposed merge and look for the \
-         next";
+    AcceptMerge: Run, plain(Key::Enter), "Accept", "Accept the proposed merge and look for the next";
     SkipMerge: Run, plain(Key::Char('S')), "Skip", "Keep this pair separate and look for the next";
     DropMerge: Run, plain(Key::Escape), "Stop merging",
         "Discard the proposed merge and stop proposing merges";
@@ -368,13 +361,13 @@ verbs! {
         "Merge pairs until no more pairs can be merged";
     Reset: Run, plain(Key::Backspace), "Reset", "Restart with the current parameters and seed";
     ToggleLive: Run, plain(Key::Char('R')), "Live",
-        "Start a new run whenever a parameter changes, at full speed; the last result stays \
-         visible until the new one is ready";
+        "Start a new run whenever a parameter changes, at full speed; the last result stays visible until \
+         the new one is ready";
     Continue: Run, shift(Key::Space), "Continue sampling",
         "Continue from this finished state, including manual edits, for another T iterations";
     RunSeeds: Run, shift(Key::Char('R')), "Run 8 seeds",
-        "Run this seed and the next seven in the background with the current parameters and \
-         samples, to choose the best";
+        "Run this seed and the next seven in the background with the current parameters and samples, to \
+         choose the best";
     StopSeeds: Run, None, "Stop seed runs", "Stop running other seeds; finished runs are kept";
     Resample: Run, None, "Resample", "Sample the shape with these settings and restart the run";
 
@@ -386,8 +379,7 @@ verbs! {
     StopPlaying: Timeline, plain(Key::Char('T')), "Stop playback", "Stop at the shown state";
     ToggleLoop: Timeline, None, "Loop", "Start again from the first state after the last";
     ContinueHere: Timeline, ctrl('B'), "Continue from here",
-        "Continue the run from the shown state in a new branch; later states stay in the old \
-         branch";
+        "Continue the run from the shown state in a new branch; later states stay in the old branch";
 
     FrameSelection: View, plain(Key::Char('F')), "Frame selection",
         "Fit the selected primitives in the view";
@@ -402,8 +394,7 @@ verbs! {
         "Use parallel instead of perspective projection";
     ToolClick: View, plain(Key::Char('W')), "Click select", "Drag to orbit, click to select";
     ToolBox: View, plain(Key::Char('B')), "Box select",
-        "Drag a box around what to select; Shift adds, Ctrl removes, Alt orbits, Esc leaves the \
-         tool";
+        "Drag a box around what to select; Shift adds, Ctrl removes, Alt orbits, Esc leaves the tool";
     ToolLasso: View, Some(Shortcut { ctrl: false, shift: true, alt: false, key: Key::Char('B') }), "Lasso select",
         "Draw around what to select; Shift adds, Ctrl removes, Alt orbits, Esc leaves the tool";
     TogglePicks: View, plain(Key::Char('P')), "Select points",
@@ -414,8 +405,7 @@ verbs! {
         "Show all primitives", "Show the hidden primitives again";
     ShowSeeds: View, None, "Seeds", "Compare runs that differ only in their seed";
     ShowOdds: View, plain(Key::Char('E')), "Explain point",
-        "Show the odds of each table for the point under the pointer, from which the sampler \
-         draws its label";
+        "Show the odds of each table for the point under the pointer, from which the sampler draws its label";
 
     ToggleLeftPanel: Window, plain(Key::Function(2)), "Left panel", "Show or hide the shape, run \
          and parameters";

@@ -31,14 +31,14 @@ impl Curve {
                 "Mean distance of the assigned samples to their primitive, in the file's units"
             }
             Self::LogJoint => {
-                "Log of the joint density of points and labels given the primitives, log p(X, z | \
-                 θ), in nats. The sampler tends to increase it. Comparable only between states of \
-                 the same shape and samples"
+                "Log of the joint density of points and labels given the primitives, log p(X, z | θ), in \
+                 nats. The sampler tends to increase it. Comparable only between states of the same shape \
+                 and samples"
             }
             Self::Chamfer => {
-                "Mean of accuracy and completeness: how far apart primitives and input are, in \
-                 units of the longest edge of the input's bounding box. The line is a rough \
-                 estimate computed in idle time; dots are measured"
+                "Mean of accuracy and completeness: how far apart primitives and input are, in units of the \
+                 longest edge of the input's bounding box. The line is a rough estimate computed in idle \
+                 time; dots are measured"
             }
         }
     }

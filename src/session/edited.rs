@@ -75,14 +75,6 @@ fn sentence(occurrence: &Occurrence) -> Option<String> {
     })
 }
 
-fn is_now(n: usize) -> String {
-    match n {
-        0 => "no point is now".to_owned(),
-        1 => "1 point is now".to_owned(),
-        n => format!("{} points are now", grouped(n)),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -90,11 +82,7 @@ mod tests {
     #[test]
     fn edits_are_told_in_words() {
         let told = |occurrence: Occurrence| sentence(&occurrence).unwrap_or_default();
-        assert_eq!(
-            told(Occurrence::Created { id: 17, points: 41 }),
-            "Primitive 17 created from \
-             41 points"
-        );
+        assert_eq!(told(Occurrence::Created { id: 17, points: 41 }), "Primitive 17 created from 41 points");
         assert_eq!(
             told(Occurrence::Joined { ids: vec![3, 5, 9], into: 5 }),
             "Primitives 3, 5 and 9 merged into 5"

@@ -236,12 +236,7 @@ impl Session {
             KeepingEvent::Kept => self.keeping.is_kept = true,
             KeepingEvent::NotKept(error) => {
                 self.keeping.is_kept = false;
-                self.messages.push(
-                    Level::Error,
-                    "Crash recovery is not available for this \
-                     session",
-                    error,
-                );
+                self.messages.push(Level::Error, "Crash recovery is not available for this session", error);
             }
             KeepingEvent::Saved { path, workspace } => {
                 self.messages.dismiss_errors();

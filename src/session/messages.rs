@@ -228,10 +228,7 @@ pub fn of_step(snapshot: &Snapshot) -> Option<String> {
                 format!("{id} split (coverage {:.0} %)", 100.0 * coverage)
             }
             Occurrence::Separated { id } => format!("{id} reduced to its largest part"),
-            Occurrence::Cut { id, gain } => format!(
-                "{id} cut (error reduced by {gain:.4} mean \
-                 spacings)"
-            ),
+            Occurrence::Cut { id, gain } => format!("{id} cut (error reduced by {gain:.4} mean spacings)"),
             Occurrence::Froze { id } => format!("{id} frozen"),
             Occurrence::Merged(report) => {
                 format!("{} and {} merged into {}", report.merged.0, report.merged.1, report.into)

@@ -83,8 +83,7 @@ impl Session {
             Verb::Resample => "The sampling settings have not changed",
             Verb::CopyPrimitives | Verb::CopyCsv => "No primitives",
             Verb::ExportAgain if !is_busy => {
-                "The last export format needs a mesh, but the shape \
-                 is a point cloud"
+                "The last export format needs a mesh, but the shape is a point cloud"
             }
             Verb::PastePrimitives | Verb::TakeFrom if self.snapshot.is_none() => "No state yet",
             _ if is_busy && self.is_running() => "Pause the run first",

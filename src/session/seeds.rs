@@ -38,8 +38,8 @@ impl SeedOrder {
     pub fn tooltip(self) -> &'static str {
         match self {
             Self::Error => {
-                "Lowest Chamfer-L1 first, then unmeasured runs by mean error. More primitives \
-                 usually mean less error, so compare K as well"
+                "Lowest Chamfer-L1 first, then unmeasured runs by mean error. More primitives usually mean \
+                 less error, so compare K as well"
             }
             Self::Primitives => "Smallest number of primitives K first; ties are sorted by error",
             Self::Time => "Shortest computing time first",

@@ -19,17 +19,17 @@ impl Session {
         let message = if message.what == FAULT {
             message
                 .advise(
-                    "The last good state is kept; nothing else is lost. Run again or try another \
-                     seed. If it happens again, please report the problem with the details, the \
-                     shape and the parameters",
+                    "The last good state is kept; nothing else is lost. Run again or try another seed. If \
+                     it happens again, please report the problem with the details, the shape and the \
+                     parameters",
                 )
                 .offer("Run again", Action::Verb(Verb::Run))
         } else {
             match self.activity {
                 Activity::Loading => {
                     let advice = if self.loaded.is_some() {
-                        "The current shape stays open. Choose another file, or repair this file \
-                         and open it again"
+                        "The current shape stays open. Choose another file, or repair this file and open it \
+                         again"
                     } else {
                         "Choose another file, or repair this file and open it again"
                     };

@@ -129,25 +129,23 @@ impl ColorBy {
             Self::Input => "Each point in its colour from the input file",
             Self::Plain => "All points in one colour",
             Self::OwnDistance => {
-                "First-order distance d from each point to the surface of its own primitive, in \
-                 the file's units"
+                "First-order distance d from each point to the surface of its own primitive, in the file's \
+                 units"
             }
             Self::NearestDistance => {
-                "First-order distance from each point to the nearest primitive's surface, in the \
-                 file's units"
+                "First-order distance from each point to the nearest primitive's surface, in the file's units"
             }
             Self::SurfaceDistance => {
-                "Shown on the primitives: distance from each surface point to the input mesh \
-                 (exact) or to the nearest point of the input cloud, in the file's units. Points \
-                 are hidden in this mode"
+                "Shown on the primitives: distance from each surface point to the input mesh (exact) or to \
+                 the nearest point of the input cloud, in the file's units. Points are hidden in this mode"
             }
             Self::Uncertainty => {
-                "How often the label z of each point changed over the last states, as the entropy \
-                 of its labels: 0 if always the same, 1 if never the same twice"
+                "How often the label z of each point changed over the last states, as the entropy of its \
+                 labels: 0 if always the same, 1 if never the same twice"
             }
             Self::SeedUncertainty => {
-                "Where runs with different seeds disagree: entropy of each point's labels over \
-                 the seeds, after matching primitives that represent the same part"
+                "Where runs with different seeds disagree: entropy of each point's labels over the seeds, \
+                 after matching primitives that represent the same part"
             }
         }
     }

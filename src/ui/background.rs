@@ -15,10 +15,7 @@ static POOL: LazyLock<Option<ThreadPool>> = LazyLock::new(|| {
         .thread_name(|i| format!("background {i}"))
         .build();
     pool.inspect_err(|error| {
-        tracing::warn!(
-            "no background threads; computing on the window's \
-         thread: {error}"
-        )
+        tracing::warn!("no background threads; computing on the window's thread: {error}")
     })
     .ok()
 });
@@ -91,10 +88,7 @@ impl<K: Clone + PartialEq, T: Send + Sync + 'static> Background<K, T> {
 fn guarded<T>(work: impl FnOnce() -> T) -> Option<Arc<T>> {
     let result = catch_unwind(AssertUnwindSafe(work));
     if result.is_err() {
-        tracing::error!(
-            "internal error in a background computation; please report it and attach \
-             the shape"
-        );
+        tracing::error!("internal error in a background computation; please report it and attach the shape");
     }
     result.ok().map(Arc::new)
 }

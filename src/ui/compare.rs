@@ -196,24 +196,19 @@ fn bar(
                 .labelled_by(label)
                 .on_hover_text("The branch shown on the right as B");
             state_slider(ui, other, &mut wanted);
-            ui.checkbox(&mut wanted.is_linked, "Link cameras").on_hover_text(
-                "Move both cameras \
-                 together",
-            );
+            ui.checkbox(&mut wanted.is_linked, "Link cameras").on_hover_text("Move both cameras together");
             ui.add_enabled(
                 other.same_samples,
                 egui::Checkbox::new(&mut wanted.paints_disagreement, "Paint disagreement"),
             )
             .on_hover_text(
-                "Highlight the samples that belong to different primitives in A and B. Primitives \
-                 are first matched one to one so that as many samples as possible agree",
+                "Highlight the samples that belong to different primitives in A and B. Primitives are first \
+                 matched one to one so that as many samples as possible agree",
             )
             .on_disabled_hover_text("Not available: A and B label different samples");
             let share = difference.share().map_or_else(|| "–".to_owned(), |s| format!("{:.1} %", 100.0 * s));
-            ui.label(RichText::new(format!("Disagreement {share}")).strong()).on_hover_text(
-                "Share of the samples that belong to different primitives in A and \
-                     B",
-            );
+            ui.label(RichText::new(format!("Disagreement {share}")).strong())
+                .on_hover_text("Share of the samples that belong to different primitives in A and B");
             let button = ui.button("A | B").on_hover_text("Metrics of both states");
             Popup::menu(&button)
                 .close_behavior(PopupCloseBehavior::CloseOnClickOutside)

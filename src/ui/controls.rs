@@ -60,10 +60,7 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         }
         let size = extent_of(&loaded.cloud.points);
         let text = format!("{} × {} × {}", length(size.x), length(size.y), length(size.z));
-        fact(ui, "Size", &text).on_hover_text(format!(
-            "{text} along x, y and z, in the file's \
-             units"
-        ));
+        fact(ui, "Size", &text).on_hover_text(format!("{text} along x, y and z, in the file's units"));
     });
     let mut sampling = session.sampling;
     // Seeds have up to 20 digits.
@@ -87,14 +84,13 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     };
     if matches!(loaded.shape.geometry, ShapeGeometry::Mesh(_)) {
         let mut outside = sampling.surface == Surface::Outside;
-        ui.checkbox(&mut outside, "Only the surface seen from outside")
+        ui.checkbox(&mut outside, "Only the surface visible from outside")
             .on_hover_text(with_note("Place no samples on inner walls and hidden parts"));
         sampling.surface = if outside { Surface::Outside } else { Surface::All };
     } else {
         let mut leave_out = sampling.isolated == Isolated::LeaveOut;
         ui.checkbox(&mut leave_out, "Leave out isolated points").on_hover_text(with_note(
-            "Skip outliers, which have almost no neighbours; points far from all others stay \
-             unassigned",
+            "Skip outliers, which have almost no neighbours; points far from all others stay unassigned",
         ));
         sampling.isolated = if leave_out { Isolated::LeaveOut } else { Isolated::Keep };
     }
@@ -221,11 +217,10 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             let label = labelled(ui, "Seed");
             ui.add(DragValue::new(&mut p.seed).speed(0.05).update_while_editing(false))
                 .labelled_by(label)
-                .on_hover_text(Taken::Start.after(
-                    session,
-                    "Seed of all random draws. The same seed gives \
-                         the same result.",
-                ))
+                .on_hover_text(
+                    Taken::Start
+                        .after(session, "Seed of all random draws. The same seed gives the same result."),
+                )
         })
         .inner
     });
@@ -263,8 +258,7 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             (
                 Distance::Radial,
                 "Radial",
-                "The paper's distance, measured along the ray from the \
-                 primitive's centre",
+                "The paper's distance, measured along the ray from the primitive's centre",
             ),
         ],
     }
@@ -275,15 +269,15 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             |p| &mut p.refine,
             Setting::Refine,
             "Refine at the end",
-            "After the last iteration, reassign, refit, cut, merge and remove for as long as that \
-             lowers the energy: two-way error plus cost of primitives",
+            "After the last iteration, reassign, refit, cut, merge and remove for as long as that lowers \
+             the energy: two-way error plus cost of primitives",
         ),
         (
             |p| &mut p.freeze,
             Setting::Freeze,
             "Freeze good fits",
-            "Points of well-fitted primitives keep their label in later sweeps. Faster, as in the \
-             paper, but mistakes are also kept",
+            "Points of well-fitted primitives keep their label in later sweeps. Faster, as in the paper, \
+             but mistakes are also kept",
         ),
     ];
     for (field, setting, text, tooltip) in switches {

@@ -252,10 +252,8 @@ impl Dialogs {
         match answer {
             Some(path) => actions.push(pending.purpose.action(path)),
             None if took < TOO_FAST_FOR_A_PERSON => {
-                let reason = Some(
-                    "No file dialog is available on this system (no desktop portal \
-                     responded).",
-                );
+                let reason =
+                    Some("No file dialog is available on this system (no desktop portal responded).");
                 let (purpose, text) = (pending.purpose, pending.typed);
                 self.prompt = Some(Prompt::new(purpose, text, reason));
             }

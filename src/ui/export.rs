@@ -238,10 +238,7 @@ impl Open {
             let text = RichText::new(text).color(palette.on_accent).strong();
             let export = Button::new(text).fill(palette.accent).min_size(vec2(90.0, theme::ROW));
             let export = ui.add_enabled(self.is_ready(), export);
-            let export = export.on_disabled_hover_text(self.problem().unwrap_or(
-                "Enter a file \
-                 name first",
-            ));
+            let export = export.on_disabled_hover_text(self.problem().unwrap_or("Enter a file name first"));
             if export.on_hover_text("Write the file. If writing fails, no partial file is left").clicked() {
                 asked = Some(Asked::Export);
             }
@@ -249,10 +246,7 @@ impl Open {
             if cancel.on_hover_text("Close without writing").clicked() {
                 asked = Some(Asked::Close);
             }
-            let note = self.problem().or(self.replaces.is_some().then_some(
-                "The file already \
-                 exists",
-            ));
+            let note = self.problem().or(self.replaces.is_some().then_some("The file already exists"));
             if let Some(note) = note {
                 ui.label(RichText::new(note).color(palette.warn));
             }

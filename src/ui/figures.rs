@@ -72,10 +72,9 @@ fn figures(session: &Session) -> Vec<Figure> {
         },
         meaning: match (metrics.is_some(), is_old) {
             (false, _) => format!("{meaning}\n{waits}"),
-            (true, true) => format!(
-                "{meaning}\nThis value is from the last measured result; an \
-                 update is pending"
-            ),
+            (true, true) => {
+                format!("{meaning}\nThis value is from the last measured result; an update is pending")
+            }
             (true, false) => meaning,
         },
         is_old,
@@ -88,18 +87,11 @@ fn figures(session: &Session) -> Vec<Figure> {
     if let Some(metrics) = metrics {
         overlap +=
             &metrics.iou_error.map_or_else(String::new, |error| format!("\nStandard error {error:.3}"));
-        overlap += &metrics.iou_outside.map_or_else(String::new, |iou| {
-            format!(
-                "\nAgainst the input with cavities filled: \
-                 {iou:.3}"
-            )
-        });
-        overlap += &metrics.iou_missing.as_ref().map_or_else(String::new, |why| {
-            format!(
-                "\nNot \
-                 available: {why}"
-            )
-        });
+        overlap += &metrics
+            .iou_outside
+            .map_or_else(String::new, |iou| format!("\nAgainst the input with cavities filled: {iou:.3}"));
+        overlap +=
+            &metrics.iou_missing.as_ref().map_or_else(String::new, |why| format!("\nNot available: {why}"));
     }
     let state = session.snapshot.as_ref().map(|s| &s.abstraction);
     let share = state.map(|a| 100.0 * a.figures.unassigned as f64 / a.labels.len().max(1) as f64);
@@ -108,10 +100,7 @@ fn figures(session: &Session) -> Vec<Figure> {
             "Chamfer-L1",
             metrics.and_then(|m| m.chamfer_l1),
             5,
-            format!(
-                "Mean of accuracy and completeness: how far apart primitives and input are. \
-                 {unit}"
-            ),
+            format!("Mean of accuracy and completeness: how far apart primitives and input are. {unit}"),
         ),
         measured(
             "Accuracy",

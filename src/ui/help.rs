@@ -146,8 +146,8 @@ fn about_text(ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     ui.add_space(6.0);
     ui.add(
         Label::new(
-            "Implements Wu, Liu, Ruan and Chirikjian, Primitive-based Shape Abstraction via \
-             Nonparametric Bayesian Inference, ECCV 2022.",
+            "Implements Wu, Liu, Ruan and Chirikjian, Primitive-based Shape Abstraction via Nonparametric \
+             Bayesian Inference, ECCV 2022.",
         )
         .wrap(),
     );

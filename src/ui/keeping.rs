@@ -39,10 +39,9 @@ fn about_found(ctx: &Context, found: &[Found], actions: &mut Vec<Action>) {
         });
         ui.add_space(8.0);
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            let later = ui.button("Later").on_hover_text(
-                "Continue without it; it is offered again at the \
-                     next start",
-            );
+            let later = ui
+                .button("Later")
+                .on_hover_text("Continue without it; it is offered again at the next start");
             if later.clicked() {
                 actions.push(Action::PutOffFound);
             }
@@ -90,11 +89,7 @@ fn about_unsaved(ctx: &Context, parting: &Parting, actions: &mut Vec<Action>) {
         ui.heading(heading);
         ui.add_space(4.0);
         dialog_body(ui, BUTTONS, |ui| {
-            weak(
-                ui,
-                "The session has unsaved changes, and the recovery journal could not be \
-                 written.",
-            );
+            weak(ui, "The session has unsaved changes, and the recovery journal could not be written.");
         });
         ui.add_space(10.0);
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center).with_main_wrap(true), |ui| {

@@ -65,8 +65,8 @@ fn card(ui: &mut Ui, session: &Session, proposal: &MergeProposal, actions: &mut 
                 ("Not recommended", palette.error)
             };
             ui.label(RichText::new(text).strong().color(color)).on_hover_text(
-                "What Merge all would decide for this pair under the selected merging rule. You \
-                 can decide otherwise",
+                "What Merge all would decide for this pair under the selected merging rule. You can decide \
+                 otherwise",
             );
         });
     });

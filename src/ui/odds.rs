@@ -132,8 +132,7 @@ impl OddsCard {
             return;
         };
         let Some(explanation) = &*explanation else {
-            let text = "Only the sampler draws labels. The method of this run assigns points by other \
-                 rules.";
+            let text = "Only the sampler draws labels. The method of this run assigns points by other rules.";
             ui.add(Label::new(RichText::new(text).color(weak)).wrap());
             strip::show(ui, session, sample, actions);
             return;

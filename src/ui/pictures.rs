@@ -161,13 +161,7 @@ impl Pictures {
             });
             ui.add_space(10.0);
             ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-                let save = ui.add_enabled(
-                    self.studio.is_some(),
-                    Button::new(
-                        "Choose file and \
-                     save…",
-                    ),
-                );
+                let save = ui.add_enabled(self.studio.is_some(), Button::new("Choose file and save…"));
                 let what = match (kind, self.format) {
                     (PictureKind::Turntable, AnimationFormat::Pngs) => {
                         "Choose a folder, then render the pictures"
@@ -225,10 +219,7 @@ impl Pictures {
         if kind == PictureKind::Turntable {
             row(ui, "Frames", |ui, label| {
                 let number = DragValue::new(&mut self.frames).range(2..=720).speed(0.5);
-                ui.add(number).labelled_by(label).on_hover_text(
-                    "Number of pictures in a full \
-                     turn",
-                );
+                ui.add(number).labelled_by(label).on_hover_text("Number of pictures in a full turn");
             });
             row(ui, "Seconds per turn", |ui, label| {
                 let number = DragValue::new(&mut self.seconds).range(0.5..=120.0).speed(0.05).max_decimals(1);

@@ -19,8 +19,8 @@ pub(super) fn tables(ui: &mut Ui, session: &Session, params: &Params) {
     note(
         ui,
         &format!("≈ {number} primitives expected for {} samples", count(samples)),
-        "Number of primitives that the Chinese Restaurant Process expects a priori for this many \
-         samples: Σ α/(α + i), i = 0 … N − 1",
+        "Number of primitives that the Chinese Restaurant Process expects a priori for this many samples: Σ \
+         α/(α + i), i = 0 … N − 1",
     );
 }
 
@@ -39,9 +39,9 @@ pub(super) fn distance(ui: &mut Ui, session: &Session, params: &Params) {
         ui,
         &text,
         &format!(
-            "Distance from a primitive's surface, in the file's units, beyond which a new \
-             primitive has more weight than an existing one with the mean number of points n and \
-             the median noise σ of this state (n = {}, σ = {}): n · N(d; σ) · ½ = α · p0",
+            "Distance from a primitive's surface, in the file's units, beyond which a new primitive has \
+             more weight than an existing one with the mean number of points n and the median noise σ of \
+             this state (n = {}, σ = {}): n · N(d; σ) · ½ = α · p0",
             count(usual.points.round() as usize),
             length(usual.sigma)
         ),

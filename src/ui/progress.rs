@@ -78,11 +78,7 @@ pub(super) fn status(ui: &mut Ui, session: &Session) {
             let seconds = snapshot.elapsed.as_secs_f64();
             let primitives = if figures.clusters == 1 { "primitive" } else { "primitives" };
             for (text, tooltip) in [
-                (
-                    format!("{} {primitives}", count(figures.clusters)),
-                    "Primitives in the current \
-                     state",
-                ),
+                (format!("{} {primitives}", count(figures.clusters)), "Primitives in the current state"),
                 (
                     format!(
                         "{} of {} unassigned",

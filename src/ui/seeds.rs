@@ -138,15 +138,15 @@ impl SeedStrip {
             }
         }
         let how = match result.measurement.as_ref().map(|m| &m.result) {
-            Some(Ok(_)) => "Chamfer-L1 is in units of the longest edge of the input's bounding \
-                 box"
-            .to_owned(),
+            Some(Ok(_)) => {
+                "Chamfer-L1 is in units of the longest edge of the input's bounding box".to_owned()
+            }
             Some(Err(why)) => {
                 format!("Not measured: {why}. The error is the mean distance, in the file's units")
             }
-            None => "The error is the mean distance, in the file's units. Chamfer-L1 is being \
-                 measured"
-                .to_owned(),
+            None => {
+                "The error is the mean distance, in the file's units. Chamfer-L1 is being measured".to_owned()
+            }
         };
         response.on_hover_text(format!("Click to open this run as a branch.\n{how}"));
     }

@@ -327,11 +327,7 @@ impl<M: Machine> Engine<M> {
         let number = request.number;
         if !self.seeds.ask(request, like) {
             self.emit(Event::Seeds { request: number, news: SeedNews::Over });
-            self.fail(
-                "Cannot run other seeds",
-                "the operating system could not start the \
-                 threads",
-            );
+            self.fail("Cannot run other seeds", "the operating system could not start the threads");
         }
     }
 

@@ -265,7 +265,10 @@ fn what_makes_no_sense_is_refused_before_anything_runs() {
         (&["--manifest", "word.jsonl"], "word.jsonl, line 1, column points: “many” is not a whole number"),
         (&["--manifest", "unread.csv"], "line 2, column alpha: the method kmeans does not use alpha"),
         (&["--manifest", "twice.csv"], "already used in line 2"),
-        (&["--manifest", "good.csv", "--sweep", "alpha=1,2"], "line 2, column alpha: --sweep also sets alpha"),
+        (
+            &["--manifest", "good.csv", "--sweep", "alpha=1,2"],
+            "line 2, column alpha: --sweep also sets alpha",
+        ),
         (&["--manifest", "good.csv", "shapes/a.xyz"], "cannot be used with"),
         (&["shapes", "--sweep", "alpha=0.1,900"], "--sweep alpha: alpha is 900, but must lie between"),
         (&["shapes", "--sweep", "alpah=1"], "“alpah” is not a setting"),

@@ -159,7 +159,10 @@ fn las_keeps_places_colors_and_classes() {
     assert_eq!(shape.attributes.labels, None);
     // No point at all.
     let message = refusal("a.las", las(0, false, &[]));
-    assert!(message.contains("the header declares no points") || message.contains("should start at"), "{message}");
+    assert!(
+        message.contains("the header declares no points") || message.contains("should start at"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -313,7 +316,10 @@ fn npz_arrays_are_told_by_name_then_by_shape() {
     assert_eq!(cloud_of("a.npz", one).0, PLACES);
     let two = npz(&[("one", points()), ("two", other())], false);
     let message = refusal("a.npz", two);
-    assert!(message.contains("2 arrays: one (4×3 <f8), two (4×3 <f8); name one of them “points”"), "{message}");
+    assert!(
+        message.contains("2 arrays: one (4×3 <f8), two (4×3 <f8); name one of them “points”"),
+        "{message}"
+    );
     // Vertices with faces are a mesh.
     let faces: Vec<u8> = [0i32, 1, 2, 1, 2, 3, 0, 1, 9].iter().flat_map(|v| v.to_le_bytes()).collect();
     let mesh = npz(

@@ -320,7 +320,11 @@ fn numbers_are_read_as_they_are_stored() {
     }
     let mut lines = Scene::triangle();
     lines.primitive()["mode"] = json!(3);
-    assert!(lines.refusal().contains("contains lines, but neither triangles nor points"), "{}", lines.refusal());
+    assert!(
+        lines.refusal().contains("contains lines, but neither triangles nor points"),
+        "{}",
+        lines.refusal()
+    );
     // A mirrored mesh is turned right side out.
     let mut mirrored = Scene::triangle();
     mirrored.node()["scale"] = json!([-1.0, 1.0, 1.0]);
@@ -381,6 +385,8 @@ fn buffers_are_found_wherever_they_are() {
     }
     let message = with("gone.bin").unwrap_err().to_string();
     assert!(
-        message.contains("a second file") && message.contains("gone.bin") && message.contains("file or folder not found")
+        message.contains("a second file")
+            && message.contains("gone.bin")
+            && message.contains("file or folder not found")
     );
 }

@@ -17,22 +17,12 @@ enum Becomes {
 use Becomes::{Cloud, Mesh, Refused};
 
 const HARD: [(&str, Becomes); 63] = [
-    (
-        "all_faces_degenerate.obj",
-        Cloud(9, 9, &["ignored 3 faces with zero area", "read as a point cloud"]),
-    ),
+    ("all_faces_degenerate.obj", Cloud(9, 9, &["ignored 3 faces with zero area", "read as a point cloud"])),
     ("as_OutOfMemory.off", Refused(&["line ", "353535235358 vertices are announced", "truncated"])),
     ("as_Spider_ascii.stl", Mesh(722, 1312, &["ignored 56 faces with zero area"])),
     ("as_box_UTF16BE.obj", Mesh(8, 12, &[])),
     ("as_cube_binary_starts_with_nl.ply", Mesh(8, 12, &[])),
-    (
-        "as_malformed.obj",
-        Mesh(
-            8,
-            7,
-            &["ignored 2 faces with missing vertices", "1 face with zero area"],
-        ),
-    ),
+    ("as_malformed.obj", Mesh(8, 7, &["ignored 2 faces with missing vertices", "1 face with zero area"])),
     ("as_triangle_with_two_solids.stl", Mesh(6, 2, &[])),
     ("ascii.stl", Mesh(216, 428, &[])),
     ("binary_starts_with_solid.stl", Mesh(216, 428, &[])),

@@ -280,7 +280,7 @@ fn what_is_hidden_is_sampled_on_request() {
     let mut driver = finished();
     let loaded = driver.session().loaded.as_ref().unwrap();
     assert!(loaded.cloud.part.left_out() > 0.02, "{:?}", loaded.cloud.part);
-    let label = "Only the surface seen from outside";
+    let label = "Only the surface visible from outside";
     driver.harness.get_by_role_and_label(Role::CheckBox, label).click();
     driver.harness.run_steps(2);
     driver.press("Resample");

@@ -36,8 +36,7 @@ pub(super) fn expand(given: &[PathBuf], recursive: bool, output: &Path) -> Resul
             let before = listing.found.len();
             listing.folder(path)?;
             if listing.found.len() == before {
-                let deeper = if recursive { "" } else { ", or add --recursive to include \
-                     subfolders" };
+                let deeper = if recursive { "" } else { ", or add --recursive to include subfolders" };
                 return Err(format!(
                     "no shapes in the folder {}; choose another one{deeper}",
                     path.display()
@@ -72,8 +71,7 @@ impl Listing<'_> {
         }
         if self.found.len() == before {
             let shown = pattern.display();
-            return Err(format!("the pattern {shown} matches no shapes; check the folder and the \
-                 ending"));
+            return Err(format!("the pattern {shown} matches no shapes; check the folder and the ending"));
         }
         Ok(())
     }

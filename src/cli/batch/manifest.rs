@@ -60,8 +60,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<Line>, String> {
     match text.trim_start().chars().next() {
         Some('{') => builder.json_lines(text)?,
         Some('[') => {
-            return Err(format!("{shown} is a JSON array; write one object per line, without \
-                 brackets"));
+            return Err(format!("{shown} is a JSON array; write one object per line, without brackets"));
         }
         _ => builder.csv(text)?,
     }
@@ -161,9 +160,8 @@ impl Builder<'_> {
             if text.trim().is_empty() {
                 continue;
             }
-            let object: serde_json::Map<String, Value> = serde_json::from_str(text).map_err(|e| {
-                self.at(line, format_args!(", column {}: not a JSON object", e.column()))
-            })?;
+            let object: serde_json::Map<String, Value> = serde_json::from_str(text)
+                .map_err(|e| self.at(line, format_args!(", column {}: not a JSON object", e.column())))?;
             let mut cells: Vec<(Column, String)> = Vec::new();
             for (field, value) in object {
                 let column = Column::named(&field).ok_or_else(|| self.unknown(line, &field))?;
@@ -176,8 +174,7 @@ impl Builder<'_> {
                     Value::Bool(yes) => yes.to_string(),
                     Value::Null => continue,
                     Value::Array(_) | Value::Object(_) => {
-                        let problem = format!(", column {field}: expected a string, a number or \
-                             true");
+                        let problem = format!(", column {field}: expected a string, a number or true");
                         return Err(self.at(line, problem));
                     }
                 };
@@ -201,12 +198,10 @@ impl Builder<'_> {
         let input = input.ok_or_else(|| self.at(line, ", column input: a job needs an input"))?;
         if let Some(name) = &name {
             if name.split(['/', '\\']).any(|part| part == "..") || Path::new(name).is_absolute() {
-                return Err(self.at(line, ", column name: a name must stay inside the output \
-                     folder"));
+                return Err(self.at(line, ", column name: a name must stay inside the output folder"));
             }
             if let Some(other) = self.names.insert(nested(name).to_lowercase(), line) {
-                let problem = format!(", column name: the name “{name}” is already used in line \
-                     {other}");
+                let problem = format!(", column name: the name “{name}” is already used in line {other}");
                 return Err(self.at(line, problem));
             }
         }
@@ -272,7 +267,10 @@ mod tests {
             (b"input,seed,Seed\n", "line 1: duplicate column “Seed”"),
             (b"input,seed\na.obj,1\nb.obj,2,3\n", "line 3: 3 fields, but the header has 2"),
             (b"input,seed\n,1\n", "line 2, column input: a job needs an input"),
-            (b"input,name\na.obj,x\nb.obj,X\n", "line 3, column name: the name “X” is already used in line 2"),
+            (
+                b"input,name\na.obj,x\nb.obj,X\n",
+                "line 3, column name: the name “X” is already used in line 2",
+            ),
             (b"input,name\na.obj,../x\n", "line 2, column name"),
             (b"input\na\xff.obj\n", "line 2: not UTF-8"),
             (b"input\n", "no jobs"),

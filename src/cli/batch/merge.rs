@@ -61,10 +61,7 @@ impl MergeJob {
         collect(&self.folder, &mut done).with_context(about)?;
         rows.extend(done.into_iter().map(|row| (row.name.clone(), row)));
         if rows.is_empty() {
-            bail!(
-                "no results in {}; give the output folder of the runs",
-                self.folder.display()
-            );
+            bail!("no results in {}; give the output folder of the runs", self.folder.display());
         }
         let mut rows: Vec<Row> = rows.into_values().collect();
         rows.sort_by(|a, b| (a.job, &a.name).cmp(&(b.job, &b.name)));

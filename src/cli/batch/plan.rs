@@ -135,8 +135,7 @@ fn list(lines: &[Line], sweep: &Sweep, settings: &SettingsArgs) -> Result<Vec<Jo
                 false => format!("{base}/{}", safe(&shown(combination))),
             };
             if !used.insert(name.to_lowercase()) {
-                return Err(format!("two jobs would have the name {name}; set their names in a \
-                     manifest"));
+                return Err(format!("two jobs would have the name {name}; set their names in a manifest"));
             }
             jobs.push(Job { number: jobs.len() + 1, name, input: line.input.clone(), sampling, params });
         }

@@ -24,9 +24,7 @@ impl FromStr for Swept {
     /// `alpha=0.1,0.5`, `seed=1..5`: both ends of a range belong to it.
     fn from_str(text: &str) -> Result<Self, String> {
         let (name, list) = text.split_once('=').ok_or_else(|| {
-            format!(
-                "“{text}” is not of the form alpha=0.1,0.5; write inputs before --sweep"
-            )
+            format!("“{text}” is not of the form alpha=0.1,0.5; write inputs before --sweep")
         })?;
         let key = key(name).ok_or_else(|| {
             let keys: Vec<&str> = KEYS.iter().map(|(name, _)| *name).collect();
@@ -36,8 +34,7 @@ impl FromStr for Swept {
         for part in list.to_lowercase().split(',').map(str::trim) {
             let several = match part.split_once("..") {
                 Some((from, to)) => range(from, to)
-                    .ok_or_else(|| format!("“{part}” is not a range of 1 to {MOST_VALUES} whole \
-                         numbers"))?,
+                    .ok_or_else(|| format!("“{part}” is not a range of 1 to {MOST_VALUES} whole numbers"))?,
                 None if part.is_empty() => return Err(format!("empty value of {key} in “{text}”")),
                 None => vec![part.to_owned()],
             };

@@ -255,10 +255,9 @@ impl ScalingJob {
         let threads = rayon::current_num_threads();
         let usual = grouped(self.sampling.points);
         let mut text = format!(
-            "Wall-clock seconds on {name} with the method {}, on {}; medians over seeds (fewer \
-             seeds where one takes more than {LONG} s). N = {usual}, K = {} and T = {} unless \
-             varied. \"Thinned\" is a cloud of N random surface points thinned to {usual} \
-             samples.\n",
+            "Wall-clock seconds on {name} with the method {}, on {}; medians over seeds (fewer seeds where \
+             one takes more than {LONG} s). N = {usual}, K = {} and T = {} unless varied. \"Thinned\" is a \
+             cloud of N random surface points thinned to {usual} samples.\n",
             self.method,
             if threads == 1 { "one thread".to_owned() } else { format!("{threads} threads") },
             self.params.clusters,
@@ -405,7 +404,7 @@ fn growth(symbol: &str, rows: &[&Line]) -> String {
     let told: Vec<String> = [
         ("the run grows", power(&|line| line.median(Timed::run))),
         ("its iterations", power(&|line| line.median(|r| r.iterations))),
-        ("what comes after them", power(&|line| line.median(|r| r.finish))),
+        ("the refinement", power(&|line| line.median(|r| r.finish))),
         ("sampling", power(&|line| line.median(|r| r.sample)).filter(|_| symbol == Varied::Samples.symbol())),
         ("thinning", power(&|line| line.thinned_median(|r| r.sample))),
     ]
@@ -414,7 +413,7 @@ fn growth(symbol: &str, rows: &[&Line]) -> String {
     .collect();
     match &told[..] {
         [] => String::new(),
-        told => format!("\nBy the slope in log-log, {}.\n", told.join(", ")),
+        told => format!("\nSlopes in log-log: {}.\n", told.join(", ")),
     }
 }
 

@@ -110,8 +110,8 @@ impl RenderJob {
     #[cfg(not(feature = "window"))]
     pub fn run(&self) -> ExitCode {
         crate::cli::fail(
-            "this program was built without a window and cannot render; build it with the feature \
-             `window` (cargo build --release)",
+            "this program was built without a window and cannot render; build it with the feature `window` \
+             (cargo build --release)",
         )
     }
 }

@@ -46,8 +46,8 @@ impl<'a> Work<'a> {
             let shown = output.display();
             if entries.len() > 1 {
                 bail!(
-                    "{shown} is one file, but there are {} results; give a folder for their \
-                     pictures or use --sheet",
+                    "{shown} is one file, but there are {} results; give a folder for their pictures or use \
+                     --sheet",
                     entries.len()
                 );
             }
@@ -253,7 +253,10 @@ fn outputs(job: &RenderJob, entries: &[Entry]) -> anyhow::Result<Vec<PathBuf>> {
     let mut outputs: Vec<PathBuf> = pictures.collect();
     if let Some(sheet) = &job.sheet {
         if outputs.contains(&sheet.path) {
-            bail!("{} is used for both a picture and the sheet; give two different names", sheet.path.display());
+            bail!(
+                "{} is used for both a picture and the sheet; give two different names",
+                sheet.path.display()
+            );
         }
         outputs.push(sheet.path.clone());
     }

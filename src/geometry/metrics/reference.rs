@@ -85,8 +85,8 @@ impl Reference {
         let edges = patches.edges;
         if edges.boundary > 0 || doubts > WORTH_A_NOTE {
             notes.push(format!(
-                "the mesh is not watertight: of {} edges, {} have only one face and {} have more \
-                 than two; {:.1} % of the bounding box is neither clearly inside nor outside",
+                "the mesh is not watertight: of {} edges, {} have only one face and {} have more than two; \
+                 {:.1} % of the bounding box is neither clearly inside nor outside",
                 edges.edges,
                 edges.boundary,
                 edges.branching,
@@ -119,8 +119,7 @@ impl Reference {
             samples.par_iter().map(|p| tree.nearest(p, 2).last().map_or(0.0, |(d2, _)| d2.sqrt())).collect();
         let spacing = spacings.iter().sum::<f64>() / spacings.len() as f64;
         let notes = vec![format!(
-            "the reference is a cloud: because of its point spacing, accuracy cannot fall below \
-             about {:.4}",
+            "the reference is a cloud: because of its point spacing, accuracy cannot fall below about {:.4}",
             0.9 * spacing
         )];
         let volume = Err("the reference is a cloud, which encloses no volume".to_owned());
@@ -221,14 +220,14 @@ impl Volume {
         let undecided = count(&|w| w > 0.25 && w < 0.75) / inside.max(1.0);
         let unclear = if inside <= FEWEST_INSIDE as f64 {
             Some(format!(
-                "the mesh encloses almost no volume ({inside} of {} points): it is open, a thin \
-                 shell, or needs more samples",
+                "the mesh encloses almost no volume ({inside} of {} points): it is open, a thin shell, or \
+                 needs more samples",
                 points.len()
             ))
         } else if doubts >= UNDECIDED || undecided >= UNDECIDED {
             Some(format!(
-                "the mesh is open or a thin shell: the winding number is inconclusive for {:.0} % \
-                 of its volume and {:.0} % of its bounding box",
+                "the mesh is open or a thin shell: the winding number is inconclusive for {:.0} % of its \
+                 volume and {:.0} % of its bounding box",
                 100.0 * undecided,
                 100.0 * doubts
             ))

@@ -314,8 +314,8 @@ impl Nameless<'_> {
                 }
                 None if self.all(at, |v| (-1.0..=1.0).contains(&v)) && !self.all(at, |v| v >= 0.0) => {
                     notes.push(format!(
-                        "columns {} to {} are between −1 and 1 but are not unit normals: ignored. \
-                         Colours must range from 0 to 1 or from 0 to 255",
+                        "columns {} to {} are between −1 and 1 but are not unit normals: ignored. Colours \
+                         must range from 0 to 1 or from 0 to 255",
                         at + 4,
                         at + 6
                     ));
@@ -327,8 +327,10 @@ impl Nameless<'_> {
         if spare > 0 && !self.scalars_first && self.are_labels(last) {
             let column: Vec<f64> = self.values.chunks_exact(width).map(|row| row[last]).collect();
             found.labels = labels(&column, notes);
-            notes.push(format!("column {} contains only a few distinct whole numbers: read as \
-                 labels", last + 4));
+            notes.push(format!(
+                "column {} contains only a few distinct whole numbers: read as labels",
+                last + 4
+            ));
         }
         found
     }

@@ -52,9 +52,9 @@ pub(super) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Raw, Fault> {
         Scene::new(&root, blob, folder).read()
     } else {
         let text = decode(bytes);
-        let broken =
-            |e: serde_json::Error| Fault::at_line(e.line(), format!("it is not the JSON of a glTF \
-                 scene: {e}"));
+        let broken = |e: serde_json::Error| {
+            Fault::at_line(e.line(), format!("it is not the JSON of a glTF scene: {e}"))
+        };
         check(&serde_json::from_str(&text).map_err(broken)?)?;
         let root = serde_json::from_str(&text).map_err(broken)?;
         Scene::new(&root, None, folder).read()
@@ -136,8 +136,7 @@ impl<'a> Scene<'a> {
         while let Some((index, parent_world)) = waiting.pop() {
             let node = entry(&self.root.nodes, index, "node")?;
             if !seen.insert(index) {
-                let problem = format!("node {index} has more than one parent; export the shape \
-                     again");
+                let problem = format!("node {index} has more than one parent; export the shape again");
                 return Err(Fault::whole(problem));
             }
             if node.extensions.visibility.as_ref().is_some_and(|v| !v.visible) {
@@ -182,16 +181,14 @@ impl<'a> Scene<'a> {
             // What was not needed may be why.
             self.data.check()?;
             return Err(Fault::whole(if self.lines > 0 {
-                "its scene contains lines, but neither triangles nor points; export the surfaces \
-                 as well"
+                "its scene contains lines, but neither triangles nor points; export the surfaces as well"
             } else {
                 "its scene contains neither triangles nor points; export the shape again"
             }));
         }
         if self.root.scenes.len() > 1 {
             let scenes = self.root.scenes.len();
-            self.raw.notes.push(format!("the file has {scenes} scenes; only the default scene was \
-                 read"));
+            self.raw.notes.push(format!("the file has {scenes} scenes; only the default scene was read"));
         }
         for (n, what) in [
             (
@@ -227,8 +224,7 @@ impl<'a> Scene<'a> {
     fn check_size(&self, count: usize) -> Result<(), Fault> {
         let most = self.most;
         let problem =
-            || format!("its scene repeats meshes to more than {most} vertices or faces; reduce it \
-                 first");
+            || format!("its scene repeats meshes to more than {most} vertices or faces; reduce it first");
         if count > most { Err(Fault::whole(problem())) } else { Ok(()) }
     }
 
@@ -414,8 +410,7 @@ impl Moves {
 fn entry<'a, T>(list: &'a [T], index: usize, what: &str) -> Result<&'a T, Fault> {
     list.get(index).ok_or_else(|| {
         let number = list.len();
-        Fault::whole(format!("it refers to {what} {index}, but has only {number}; export the \
-             shape again"))
+        Fault::whole(format!("it refers to {what} {index}, but has only {number}; export the shape again"))
     })
 }
 

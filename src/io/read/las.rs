@@ -29,8 +29,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
         return Err(Fault::at_byte(
             header.count_at,
             format!(
-                "the header declares {} points of {} bytes, but the file has room for {room}; the \
-                 file may be truncated",
+                "the header declares {} points of {} bytes, but the file has room for {room}; the file may \
+                 be truncated",
                 header.points, header.record
             ),
         ));
@@ -47,8 +47,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
         header.check_compression(bytes)?;
     }
     if header.points == 0 {
-        return Err(Fault::at_byte(header.count_at, "the header declares no points; export the \
-             scan again"));
+        return Err(Fault::at_byte(header.count_at, "the header declares no points; export the scan again"));
     }
     // The decoder is another's, made for files that are whole: should it give
     // up on a damaged one, that is a fault of the file.
@@ -60,8 +59,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
 
 fn points(source: Vec<u8>, header: &Header) -> Result<Raw, Fault> {
     let unreadable =
-        |e: las::Error| Fault::whole(format!("the header cannot be parsed: {e}; export the scan \
-             again"));
+        |e: las::Error| Fault::whole(format!("the header cannot be parsed: {e}; export the scan again"));
     let mut reader = las::Reader::new(Cursor::new(source)).map_err(unreadable)?;
     let mut raw = Raw::default();
     if reader.header().vlrs().iter().any(is_geographic) {
@@ -72,8 +70,8 @@ fn points(source: Vec<u8>, header: &Header) -> Result<Raw, Fault> {
         let done = raw.points.len();
         let batch = reader.read_points(BATCH.min(header.points - done as u64)).map_err(|e| {
             let problem = format!(
-                "of {} declared points, those from {done} on cannot be read ({e}); the file is \
-                 truncated or damaged",
+                "of {} declared points, those from {done} on cannot be read ({e}); the file is truncated or \
+                 damaged",
                 header.points
             );
             Fault::at_byte(header.offset, problem)

@@ -28,8 +28,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
         return Err(Fault::at_byte(
             header.length,
             format!(
-                "the header declares an array of {}, {} bytes, but there are {}; the file may be \
-                 truncated",
+                "the header declares an array of {}, {} bytes, but there are {}; the file may be truncated",
                 shown(&header.shape),
                 header.size,
                 body.len()
@@ -120,8 +119,7 @@ impl Array<'_> {
         };
         let mut raw = Raw::default();
         if grid.turned {
-            raw.notes
-                .push(format!("the array is {}: its columns were read as points", shown(&header.shape)));
+            raw.notes.push(format!("the array is {}: its columns were read as points", shown(&header.shape)));
         }
         let mut triples = self.rows(&grid, 0, 3);
         let count = batch::points_of_one_shape(&grid, &triples, &shown(&header.shape), &mut raw.notes);

@@ -35,8 +35,7 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
     let has_faces = plain.faces > 0 || plain.faces_out_of_range > 0;
     if plain.free_forms > 0 && !has_faces {
         // Their vertices are control points, which need not lie on the shape.
-        let problem =
-            "its curves and surfaces are free-form (curv, surf), which cannot be read; export it \
+        let problem = "its curves and surfaces are free-form (curv, surf), which cannot be read; export it \
              as polygons";
         return Err(Fault::whole(problem));
     } else if plain.free_forms > 0 {

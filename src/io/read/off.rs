@@ -230,8 +230,7 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
         polygon(&mut words, &mut corners, &mut raw)?;
     }
     if words.run_on && words.next().is_some() {
-        let problem =
-            "there is more data than the counts declare; put each vertex and each face on its own \
+        let problem = "there is more data than the counts declare; put each vertex and each face on its own \
              line";
         return Err(words.fault(problem));
     }
@@ -246,8 +245,7 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
 fn cut_short(text: &str, announced: u64, what: &str, found: u64) -> Fault {
     let last = lines(text).last().map_or(1, |(n, _)| n);
     let problem =
-        format!("{announced} {what} are declared, but there are {found}; the file may be \
-             truncated");
+        format!("{announced} {what} are declared, but there are {found}; the file may be truncated");
     Fault::at_line(last, problem)
 }
 
@@ -259,8 +257,7 @@ fn polygon(words: &mut Words<'_>, corners: &mut Vec<u32>, raw: &mut Raw) -> Resu
     let mut in_range = true;
     corners.clear();
     for _ in 0..count {
-        let word = words.next().ok_or_else(|| words.fault("the face has fewer corners than \
-             declared"))?;
+        let word = words.next().ok_or_else(|| words.fault("the face has fewer corners than declared"))?;
         let index: i64 = word
             .parse()
             .map_err(|_| words.fault(format!("{} is not the index of a vertex", quoted(word))))?;

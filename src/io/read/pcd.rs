@@ -56,8 +56,8 @@ fn too_few(header: &Header, room: u64) -> Fault {
     Fault::at_byte(
         header.length,
         format!(
-            "the header declares {} points of {} bytes, but the file has room for {room}; the \
-             file may be truncated",
+            "the header declares {} points of {} bytes, but the file has room for {room}; the file may be \
+             truncated",
             header.points, header.record
         ),
     )
@@ -112,8 +112,7 @@ fn unpacked(bytes: &[u8], header: &Header) -> Result<Vec<u8>, Fault> {
     let body = bytes.get(at + 8..).unwrap_or_default();
     if packed > body.len() as u64 {
         let problem = format!(
-            "{packed} bytes of compressed data are declared, but there are {}; the file is \
-             truncated",
+            "{packed} bytes of compressed data are declared, but there are {}; the file is truncated",
             body.len()
         );
         return Err(Fault::at_byte(at, problem));

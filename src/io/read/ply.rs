@@ -54,8 +54,8 @@ fn body(header: &Header, mut values: impl Values) -> Result<Raw, Fault> {
         // anything is set aside for it.
         if let Some(most) = values.most(element).filter(|&most| element.count > most) {
             return Err(values.fault(format!(
-                "the header declares {} elements “{}”, but the file has room for at most {most}; \
-                 the file may be truncated",
+                "the header declares {} elements “{}”, but the file has room for at most {most}; the file \
+                 may be truncated",
                 element.count, element.name
             )));
         }
@@ -63,9 +63,7 @@ fn body(header: &Header, mut values: impl Values) -> Result<Raw, Fault> {
             read_vertices(element, &mut values, &mut raw)?;
         } else if element.is_face() && element.count > 0 {
             let list = element.face_list().ok_or_else(|| {
-                Fault::whole(
-                    "its faces lack the property list vertex_indices; export the shape again",
-                )
+                Fault::whole("its faces lack the property list vertex_indices; export the shape again")
             })?;
             read_faces(element, list, &mut values, vertices, &mut raw)?;
         } else {

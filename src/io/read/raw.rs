@@ -57,14 +57,13 @@ impl Raw {
         if self.triangles.is_empty() && self.faces_out_of_range == 0 {
             if self.lines > 0 && self.points.len() < SPARSE {
                 let problem = format!(
-                    "it has no faces, only {lines}, and therefore no surface; export the shape \
-                     with faces or as a point cloud"
+                    "it has no faces, only {lines}, and therefore no surface; export the shape with faces \
+                     or as a point cloud"
                 );
                 return Err(Fault::whole(problem));
             } else if self.lines > 0 {
                 self.notes
-                    .push(format!("it has no faces, only {lines}; its vertices were read as a \
-                         point cloud"));
+                    .push(format!("it has no faces, only {lines}; its vertices were read as a point cloud"));
             }
             return self.into_cloud(name);
         }
@@ -125,8 +124,7 @@ impl Raw {
         }
         if lost > 0 {
             let points = counted(lost, "point has", "points have");
-            self.notes
-                .push(format!("{points} a non-finite coordinate and will remain unlabelled"));
+            self.notes.push(format!("{points} a non-finite coordinate and will remain unlabelled"));
         }
         let geometry = ShapeGeometry::Cloud(PointCloud { points: self.points });
         Ok(Shape {

@@ -159,8 +159,8 @@ pub fn open_result(mut stored: StoredPrimitives, input: Option<&Path>) -> Result
     };
     let mut notes = shape.notes;
     notes.push(format!(
-        "the shape of these primitives was not found ({why}); using {of} instead. To see the \
-         primitives on the shape, open the shape and import them"
+        "the shape of these primitives was not found ({why}); using {of} instead. To see the primitives on \
+         the shape, open the shape and import them"
     ));
     let shape = Shape { name, path: None, content: None, notes, ..shape };
     Ok(OpenedResult { stored, shape, found_as, segmented, sampling })
@@ -260,7 +260,11 @@ impl Report {
             || differ(stored.sampling_seed, report.sampling_seed)
             || differ(stored.points.map(|n| n as u64), report.points.map(|n| n as u64))
             || differ(Some(stored.primitives.len() as u64), report.primitives.map(|n| n as u64));
-        if is_other { Err(format!("the {REPORT_FILE} next to them belongs to a different run")) } else { Ok(report) }
+        if is_other {
+            Err(format!("the {REPORT_FILE} next to them belongs to a different run"))
+        } else {
+            Ok(report)
+        }
     }
 }
 

@@ -120,8 +120,7 @@ fn binary(bytes: &[u8]) -> Result<Raw, Fault> {
     let count = if is_open { room as u64 } else { count };
     if count > room as u64 {
         let problem =
-            format!("the header declares {count} triangles, but the file has room for at most \
-                 {room}; {cut}");
+            format!("the header declares {count} triangles, but the file has room for at most {room}; {cut}");
         return Err(Fault::at_byte(80, problem));
     }
     let mut soup = Soup::default();
@@ -146,8 +145,7 @@ fn binary(bytes: &[u8]) -> Result<Raw, Fault> {
         return Ok(soup.raw);
     }
     let surplus = bytes.len() - HEADER - TRIANGLE * count as usize;
-    soup.raw.notes.push(format!("{surplus} bytes after the {count} declared triangles were \
-         ignored"));
+    soup.raw.notes.push(format!("{surplus} bytes after the {count} declared triangles were ignored"));
     Ok(soup.raw)
 }
 

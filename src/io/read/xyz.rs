@@ -267,8 +267,7 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
         raw.notes.push(format!("{lines} fewer columns than the first; only coordinates were read"));
     }
     if let Some(count) = announced.filter(|&n| n != raw.points.len()) {
-        raw.notes
-            .push(format!("the first line declares {count} points, but there are {}", raw.points.len()));
+        raw.notes.push(format!("the first line declares {count} points, but there are {}", raw.points.len()));
     }
     Ok(raw)
 }

@@ -77,8 +77,7 @@ impl AnimationWriter {
                     Err(_) => path.exists() || place.file().is_none(),
                 };
                 if is_taken {
-                    let reason =
-                        std::io::Error::new(std::io::ErrorKind::AlreadyExists, "it already exists");
+                    let reason = std::io::Error::new(std::io::ErrorKind::AlreadyExists, "it already exists");
                     return Err(failed(reason));
                 }
                 let mut builder = tempfile::Builder::new();

@@ -170,8 +170,7 @@ impl Together {
         if path.is_dir() {
             return Ok(());
         }
-        let reason = io::Error::new(io::ErrorKind::NotADirectory, "a file is in the way of the \
-             folder");
+        let reason = io::Error::new(io::ErrorKind::NotADirectory, "a file is in the way of the folder");
         Err(WriteError::Io { path: path.to_owned(), reason })
     }
 

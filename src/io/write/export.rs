@@ -324,9 +324,9 @@ impl Writing {
         set: &PrimitiveSet<'_>,
     ) -> Result<(), WriteError> {
         if is_written_through(path) {
-            let problem =
-                format!("{format} stores meshes in separate files, which cannot be written here; \
-                     give a file name");
+            let problem = format!(
+                "{format} stores meshes in separate files, which cannot be written here; give a file name"
+            );
             return Err(WriteError::Content { path: path.to_owned(), problem });
         }
         let robot = Robot::new(set, options, robot::name(path)).map_err(content(path))?;

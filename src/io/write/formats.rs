@@ -83,26 +83,24 @@ impl Choice {
                 "Include normals, colours and labels from the input file, if it has any."
             }
             Self::Doubles => {
-                "Keep all digits. PCL and Open3D cannot read this. Off: coordinates are rounded \
-                 to 7 digits."
+                "Keep all digits. PCL and Open3D cannot read this. Off: coordinates are rounded to 7 digits."
             }
             Self::SplitBoundaries => {
-                "Cut faces that belong to several parts along the boundary. Off: a face goes to \
-                 the part that covers most of it."
+                "Cut faces that belong to several parts along the boundary. Off: a face goes to the part \
+                 that covers most of it."
             }
-            Self::Resolution => "Segments per quarter turn. Higher values give smoother surfaces \
-                 and larger files.",
+            Self::Resolution => {
+                "Segments per quarter turn. Higher values give smoother surfaces and larger files."
+            }
             Self::ExactShapes => {
-                "Write primitives that are nearly a sphere, box or cylinder as exactly that. \
-                 Simulators compute contacts faster and more smoothly than with meshes."
+                "Write primitives that are nearly a sphere, box or cylinder as exactly that. Simulators \
+                 compute contacts faster and more smoothly than with meshes."
             }
             Self::Density => {
-                "In kilograms per cubic metre; water is 1000. Mass and inertia are computed from \
-                 the volume."
+                "In kilograms per cubic metre; water is 1000. Mass and inertia are computed from the volume."
             }
             Self::Scale => {
-                "Simulators use metres. For an input in millimetres this is 0.001, in inches \
-                 0.0254."
+                "Simulators use metres. For an input in millimetres this is 0.001, in inches 0.0254."
             }
         }
     }
@@ -172,8 +170,7 @@ impl ExportOptions {
             [("density", self.density, Self::DENSITY), ("scale", self.scale, Self::SCALE)]
         {
             if !(value >= least && value <= most) {
-                return Err(format!("{name} is {value:?}, but must be between {least:?} and \
-                     {most:?}"));
+                return Err(format!("{name} is {value:?}, but must be between {least:?} and {most:?}"));
             }
         }
         Ok(())
@@ -308,8 +305,7 @@ impl Format {
                 "obj",
                 Kind::Mesh,
                 "OBJ",
-                "For Blender and most other programs: one object per part, colours in a separate \
-                 .mtl file",
+                "For Blender and most other programs: one object per part, colours in a separate .mtl file",
                 &[Colors, SplitBoundaries],
             ),
             Self::MeshGlb => about(
@@ -325,8 +321,8 @@ impl Format {
                 "stl",
                 Kind::Mesh,
                 "STL",
-                "For 3D printing and CAD: as text one solid per part, as binary one solid with \
-                 one colour per face",
+                "For 3D printing and CAD: as text one solid per part, as binary one solid with one colour \
+                 per face",
                 &[Binary, Colors, SplitBoundaries],
             ),
             Self::PrimitivesJson => about(
@@ -350,8 +346,7 @@ impl Format {
                 "csv",
                 Kind::Primitives,
                 "CSV",
-                "13 numbers per line, in the order used by the paper's authors (MATLAB); can be \
-                 opened again",
+                "13 numbers per line, in the order used by the paper's authors (MATLAB); can be opened again",
                 &[],
             ),
             Self::SurfacesGlb => about(
@@ -383,8 +378,8 @@ impl Format {
                 "stl",
                 Kind::Scene,
                 "STL",
-                "For 3D printing and CAD: as text one solid per primitive, as binary one solid \
-                 with one colour per face",
+                "For 3D printing and CAD: as text one solid per primitive, as binary one solid with one \
+                 colour per face",
                 &[Binary, Colors, Resolution],
             ),
             Self::Urdf => about(
@@ -392,8 +387,8 @@ impl Format {
                 "urdf",
                 Kind::Scene,
                 "URDF",
-                "For ROS, PyBullet, Drake and Isaac: one link per primitive with visual, convex \
-                 collision, mass and inertia",
+                "For ROS, PyBullet, Drake and Isaac: one link per primitive with visual, convex collision, \
+                 mass and inertia",
                 &[Colors, Resolution, ExactShapes, Density, Scale],
             ),
             Self::Mjcf => about(
@@ -401,8 +396,8 @@ impl Format {
                 "xml",
                 Kind::Scene,
                 "MJCF",
-                "For MuJoCo: one free body with a child body per primitive, with convex geoms, \
-                 mass and inertia",
+                "For MuJoCo: one free body with a child body per primitive, with convex geoms, mass and \
+                 inertia",
                 &[Colors, Resolution, ExactShapes, Density, Scale],
             ),
         }

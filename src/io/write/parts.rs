@@ -149,8 +149,8 @@ pub(super) fn rounding<'a>(
     }
     let off = coordinates.map(|c| (f64::from(c as f32) - c).abs()).fold(0.0, f64::max);
     let extent = bounds(places.filter(finite).copied()).map_or(0.0, |(lo, hi)| (hi - lo).amax());
-    Ok((off > 1e-6 * extent).then(|| format!("coordinates were rounded to single precision, by up \
-         to {off:.2e}")))
+    Ok((off > 1e-6 * extent)
+        .then(|| format!("coordinates were rounded to single precision, by up to {off:.2e}")))
 }
 
 /// A frame about the middle of the points where they are far from the origin.

@@ -229,9 +229,9 @@ impl Robot {
             n => format!(" (and {} more)", n - 1),
         };
         Some(format!(
-            "{}{others} has a mass of {:.1e} kg and a smallest moment of inertia of {:.1e} kg m²; \
-             MuJoCo rejects values not above {LEAST:e}. Write the model in a smaller unit of \
-             length, for example in millimetres with a scale of {:?} instead of {:?}",
+            "{}{others} has a mass of {:.1e} kg and a smallest moment of inertia of {:.1e} kg m²; MuJoCo \
+             rejects values not above {LEAST:e}. Write the model in a smaller unit of length, for example \
+             in millimetres with a scale of {:?} instead of {:?}",
             first.name,
             first.mass,
             first.inertia().min(),
@@ -245,8 +245,8 @@ impl Robot {
         let mass: f64 = self.bodies.iter().map(|body| body.mass).sum();
         (mass > HEAVIEST).then(|| {
             format!(
-                "the model has a mass of {mass:.1e} kg, with one unit of the input as {:?} m; if \
-                 this is wrong, set the metres per unit, for example 0.001 for millimetres",
+                "the model has a mass of {mass:.1e} kg, with one unit of the input as {:?} m; if this is \
+                 wrong, set the metres per unit, for example 0.001 for millimetres",
                 self.scale
             )
         })
@@ -258,8 +258,8 @@ impl Robot {
             scale => format!("in metres, {scale:?} per unit of the input"),
         };
         format!(
-            "superform {}. Lengths {unit}; masses and inertias are those of the exact solids, \
-             which may overlap. Collision meshes are convex hulls.",
+            "superform {}. Lengths {unit}; masses and inertias are those of the exact solids, which may \
+             overlap. Collision meshes are convex hulls.",
             env!("CARGO_PKG_VERSION")
         )
     }

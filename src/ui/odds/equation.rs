@@ -47,8 +47,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, explanation: &Explanation, ro
             Row::Present(odds) => {
                 let scale = session.normalised_scale().unwrap_or(1.0);
                 format!(
-                    "d = {} and σ = {} in the file's units; multiply by {} for the sampler's \
-                     units.",
+                    "d = {} and σ = {} in the file's units; multiply by {} for the sampler's units.",
                     length(odds.distance_input),
                     length(odds.sigma / scale),
                     figure(scale)

@@ -90,10 +90,8 @@ impl Job {
         });
         if let Err(error) = thread {
             // There is room for one.
-            let _ = sender.try_send(Err(format!(
-                "the system could not start a thread to write it \
-                 ({error})"
-            )));
+            let _ =
+                sender.try_send(Err(format!("the system could not start a thread to write it ({error})")));
         }
         Self {
             still,

@@ -374,8 +374,7 @@ fn lock(ui: &mut Ui, session: &Session, primitive: &Primitive, rect: Rect, is_ne
         format!("Unlock primitive {id}: the sampler can change it and its points again")
     } else {
         format!(
-            "Lock primitive {id}: the sampler does not change it or its points, even when the run \
-             restarts"
+            "Lock primitive {id}: the sampler does not change it or its points, even when the run restarts"
         )
     };
     response.on_hover_text(text).clicked() && can

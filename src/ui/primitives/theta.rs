@@ -59,8 +59,8 @@ impl Line {
     fn tooltip(self) -> &'static str {
         match self {
             Self::Exponents => {
-                "ε1 shapes the profile from pole to pole, ε2 the cross-section at the equator. \
-                 Near 0: box; 1: round; near 2: octahedron"
+                "ε1 shapes the profile from pole to pole, ε2 the cross-section at the equator. Near 0: box; \
+                 1: round; near 2: octahedron"
             }
             Self::SemiAxes => {
                 "ax, ay and az: half the lengths along the primitive's axes, in the file's units"
@@ -68,8 +68,8 @@ impl Line {
             Self::Center => "t: the centre along x, y and z, in the file's units",
             Self::Rotation => "R: rotations about the file's x, then y, then z axis, in degrees",
             Self::Taper => {
-                "kx and ky: how much the cross-section narrows or widens along the primitive's z \
-                 axis; 0 means no taper"
+                "kx and ky: how much the cross-section narrows or widens along the primitive's z axis; 0 \
+                 means no taper"
             }
         }
     }

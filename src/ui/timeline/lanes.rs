@@ -193,8 +193,7 @@ impl Timeline {
                                 let hint = if is_shown {
                                     "Double-click to rename"
                                 } else {
-                                    "Click to \
-                                         show this branch"
+                                    "Click to show this branch"
                                 };
                                 ui.label(RichText::new(hint).small().color(Palette::of(ui).weak));
                             });

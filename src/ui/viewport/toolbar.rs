@@ -65,10 +65,8 @@ fn color_by(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             for by in ColorBy::ALL {
                 let is_there = by != ColorBy::Input || has_colors;
                 let item = ui.add_enabled(is_there, Button::selectable(by == present, by.text()));
-                let item = item.on_hover_text(by.tooltip()).on_disabled_hover_text(
-                    "The file \
-                     contains no colours",
-                );
+                let item =
+                    item.on_hover_text(by.tooltip()).on_disabled_hover_text("The file contains no colours");
                 if item.clicked() {
                     actions.push(Action::SetColorBy(by));
                 }
@@ -90,10 +88,7 @@ fn surface_style(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 }
             }
         });
-    combo.response.accessible_name("Surface style").on_hover_text(
-        "How primitive surfaces are \
-         drawn",
-    );
+    combo.response.accessible_name("Surface style").on_hover_text("How primitive surfaces are drawn");
 }
 
 /// What is shown at all.
@@ -120,12 +115,7 @@ fn shown(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         });
         let mut visible_only = session.view.visible_only;
         let only = ui.checkbox(&mut visible_only, "Select only visible items");
-        if only
-            .on_hover_text(
-                "Box and lasso selection ignore what is hidden behind something \
-             else",
-            )
-            .clicked()
+        if only.on_hover_text("Box and lasso selection ignore what is hidden behind something else").clicked()
         {
             actions.push(Action::SetVisibleOnly(visible_only));
         }

@@ -130,8 +130,7 @@ fn taken<M: Machine>(
     let mut notes = stored.notes.clone();
     if is_lost {
         notes.push(
-            "its labels do not match the samples; each sample was assigned to the nearest \
-             primitive"
+            "its labels do not match the samples; each sample was assigned to the nearest primitive"
                 .to_owned(),
         );
     }

@@ -12,10 +12,8 @@ pub(super) use endings::by_ending as foreign_ending;
 /// What a file is, and what to do.
 pub(super) type Known = (&'static str, &'static str);
 
-const CONVERT_MESH: &str = "convert it to OBJ, PLY, STL or glTF, for example with Blender or \
-     MeshLab";
-const CONVERT_CLOUD: &str = "convert it to PLY, PCD, LAS or XYZ text, for example with \
-     CloudCompare";
+const CONVERT_MESH: &str = "convert it to OBJ, PLY, STL or glTF, for example with Blender or MeshLab";
+const CONVERT_CLOUD: &str = "convert it to PLY, PCD, LAS or XYZ text, for example with CloudCompare";
 const CONVERT_SOLID: &str = "export it as a mesh (STL, OBJ) from a CAD program";
 const CONVERT_MAP: &str = "convert it to XYZ text in metres, for example with QGIS";
 const FROM_BLENDER: &str = "export it from Blender as OBJ, PLY, STL or glTF";
@@ -68,10 +66,12 @@ pub(super) fn foreign_binary(bytes: &[u8], ending: &str) -> Option<Known> {
         (b"\x89PNG", "a picture", NO_SHAPE),
         (b"\xff\xd8\xff", "a picture", NO_SHAPE),
         (b"GIF8", "a picture", NO_SHAPE),
-        (b"II*\0", "a picture (TIFF)", "convert its heights to XYZ text, for example with QGIS or \
-             GDAL"),
-        (b"MM\0*\0\0\0", "a picture (TIFF)", "convert its heights to XYZ text, for example with \
-             QGIS or GDAL"),
+        (b"II*\0", "a picture (TIFF)", "convert its heights to XYZ text, for example with QGIS or GDAL"),
+        (
+            b"MM\0*\0\0\0",
+            "a picture (TIFF)",
+            "convert its heights to XYZ text, for example with QGIS or GDAL",
+        ),
         (b"v/1\x01", "a picture (EXR)", NO_SHAPE),
         (b"8BPS", "a picture", NO_SHAPE),
         (b"%PDF", "a PDF document", NO_SHAPE),

@@ -158,8 +158,7 @@ impl<'a> Data<'a> {
                 // A file could ask for any number of zeros.
                 if about.count > self.bytes() {
                     let count = about.count;
-                    let problem = format!("accessor {index} declares {count} elements that are \
-                         missing");
+                    let problem = format!("accessor {index} declares {count} elements that are missing");
                     return Err(Fault::whole(problem));
                 }
                 vec![[0.0; N]; about.count]
@@ -201,8 +200,7 @@ impl<'a> Data<'a> {
         let bytes = bytes.and_then(|view| view.get(offset..)).ok_or_else(|| {
             let (end, there) = (about.byte_offset.saturating_add(about.byte_length), buffer.len());
             Fault::whole(format!(
-                "buffer {} should have at least {end} bytes, but has {there}; the file may be \
-                 truncated",
+                "buffer {} should have at least {end} bytes, but has {there}; the file may be truncated",
                 about.buffer
             ))
         })?;
@@ -212,8 +210,8 @@ impl<'a> Data<'a> {
         let room = if bytes.len() < element { 0 } else { (bytes.len() - element) / stride + 1 };
         if count > room || stride < component.size() {
             return Err(Fault::whole(format!(
-                "buffer view {view} has room for {room} elements, but {count} are declared; the \
-                 file may be truncated"
+                "buffer view {view} has room for {room} elements, but {count} are declared; the file may be \
+                 truncated"
             )));
         }
         let number = |i: usize, k: usize| component.value(&bytes[i * stride + k * component.size()..]);

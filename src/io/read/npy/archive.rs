@@ -53,14 +53,10 @@ const MOST: usize = 1 << 12;
 type Zip<'a> = ZipArchive<Cursor<&'a [u8]>>;
 
 pub(in crate::io::read) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
-    let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(|e| {
-        Fault::whole(format!("the archive cannot be opened ({e}); it may be truncated"))
-    })?;
+    let mut zip = ZipArchive::new(Cursor::new(bytes))
+        .map_err(|e| Fault::whole(format!("the archive cannot be opened ({e}); it may be truncated")))?;
     if zip.len() > MOST {
-        return Err(Fault::whole(format!(
-            "the archive has {} members; the limit is {MOST}",
-            zip.len()
-        )));
+        return Err(Fault::whole(format!("the archive has {} members; the limit is {MOST}", zip.len())));
     }
     let mut arrays: Vec<(String, Header)> = Vec::new();
     let mut members = Vec::new();
@@ -101,8 +97,7 @@ pub(in crate::io::read) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
             return Err(fault);
         }
         return Err(Fault::whole(format!(
-            "it is not clear which array contains the points: there are {}; name one of them \
-             “points” (N×3)",
+            "it is not clear which array contains the points: there are {}; name one of them “points” (N×3)",
             listed(&arrays)
         )));
     };
@@ -171,16 +166,14 @@ fn load(
     let most = most_unpacked(whole);
     if header.size > most {
         let problem = format!(
-            "{} are declared, {} bytes, more than the {most} that an archive of this size can \
-             contain",
+            "{} are declared, {} bytes, more than the {most} that an archive of this size can contain",
             shown(&header.shape),
             header.size
         );
         return Err(in_array(name, Fault::whole(problem)));
     }
     let damaged =
-        |e: &dyn std::fmt::Display| in_array(name, Fault::whole(format!("it cannot be \
-             decompressed: {e}")));
+        |e: &dyn std::fmt::Display| in_array(name, Fault::whole(format!("it cannot be decompressed: {e}")));
     let mut member = zip.by_index(i).map_err(|e| damaged(&e))?;
     let mut body = Vec::new();
     let wanted = header.length as u64 + header.size;

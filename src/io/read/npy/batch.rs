@@ -28,8 +28,8 @@ pub(super) fn points_of_one_shape(
         return all;
     }
     notes.push(format!(
-        "the array is {shown}, {} of {points} points: only the first was read. To open another, \
-         save it separately, for example with np.save(\"shape1.npy\", array[1])",
+        "the array is {shown}, {} of {points} points: only the first was read. To open another, save it \
+         separately, for example with np.save(\"shape1.npy\", array[1])",
         counted(shapes, "shape", "shapes")
     ));
     points

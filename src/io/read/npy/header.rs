@@ -50,17 +50,13 @@ impl Header {
             [1, _, a, b, ..] => (10, usize::from(u16::from_le_bytes([a, b]))),
             [2 | 3, _, a, b, c, d, ..] => (12, u32::from_le_bytes([a, b, c, d]) as usize),
             [version, _, ..] if version > 3 || version == 0 => {
-                let problem =
-                    format!("unknown NumPy format version {version}; save it as version 1");
+                let problem = format!("unknown NumPy format version {version}; save it as version 1");
                 return Err(fault(6, &problem));
             }
             _ => return Err(fault(bytes.len(), "the header is truncated")),
         };
         if length > LONGEST {
-            return Err(fault(
-                8,
-                &format!("the header has {length} bytes; the limit is {LONGEST}"),
-            ));
+            return Err(fault(8, &format!("the header has {length} bytes; the limit is {LONGEST}")));
         }
         let text = bytes.get(start..start + length).ok_or_else(|| {
             fault(8, &format!("a header of {length} bytes is declared, but the file is shorter"))
@@ -81,14 +77,17 @@ impl Header {
         };
         let side = |v: &Value| if let Value::Int(n) = v { Some(*n) } else { None };
         let shape: Option<Vec<u64>> = sides.iter().map(side).collect();
-        let shape = shape.ok_or_else(|| fault(start, "the shape contains something other than \
-             whole numbers"))?;
+        let shape =
+            shape.ok_or_else(|| fault(start, "the shape contains something other than whole numbers"))?;
         let mut layout = Layout::default();
         let descr = entry("descr")?;
         layout.add("", descr, 0).map_err(|problem| fault(start, &problem))?;
         let elements = shape.iter().try_fold(1u64, |product, n| product.checked_mul(*n));
         let size = elements.and_then(|n| n.checked_mul(layout.size as u64)).ok_or_else(|| {
-            fault(start, &format!("an array of {} is declared, more than any file can contain", shown(&shape)))
+            fault(
+                start,
+                &format!("an array of {} is declared, more than any file can contain", shown(&shape)),
+            )
         })?;
         Ok(Self {
             type_name: if let Value::Text(name) = descr { name.clone() } else { "structured".to_owned() },
@@ -189,14 +188,16 @@ impl Layout {
                     "U" => 4,
                     "M" | "m" | "c" if !name.is_empty() => 1,
                     "O" => {
-                        return Err(
-                            "it contains Python objects, which are not loaded because they could \
+                        return Err("it contains Python objects, which are not loaded because they could \
                              run any code; save an array of numbers"
-                                .to_owned(),
-                        );
+                            .to_owned());
                     }
-                    _ => return Err(format!("it contains {}, not integers or floating-point \
-                         numbers", quoted(code))),
+                    _ => {
+                        return Err(format!(
+                            "it contains {}, not integers or floating-point numbers",
+                            quoted(code)
+                        ));
+                    }
                 };
                 let digits: String = digits.chars().take_while(char::is_ascii_digit).collect();
                 let size = digits.parse::<usize>().ok().and_then(|n| n.checked_mul(width));

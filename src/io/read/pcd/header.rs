@@ -92,8 +92,10 @@ impl Header {
                         "binary" => Data::Binary,
                         "binary_compressed" => Data::Compressed,
                         _ => {
-                            let problem =
-                                format!("{} is not one of ascii, binary and binary_compressed", quoted(&kind));
+                            let problem = format!(
+                                "{} is not one of ascii, binary and binary_compressed",
+                                quoted(&kind)
+                            );
                             return Err(Fault::at_line(line_number, problem));
                         }
                     };
@@ -108,8 +110,7 @@ impl Header {
         let record = columns.last().map_or(0, |c| c.field_offset + c.field_size) as u64;
         let grid = width.zip(height.or(Some(1))).and_then(|(w, h)| w.checked_mul(h));
         let (points, line) = points.or(grid.map(|n| (n, line_number))).ok_or_else(|| {
-            Fault::at_line(line_number, "the header has no number of points (POINTS, or WIDTH and \
-                 HEIGHT)")
+            Fault::at_line(line_number, "the header has no number of points (POINTS, or WIDTH and HEIGHT)")
         })?;
         if points.checked_mul(record).is_none() {
             return Err(Fault::at_line(
@@ -119,8 +120,7 @@ impl Header {
         }
         let mut notes = Vec::new();
         if let Some(grid) = grid.filter(|n| *n != points) {
-            notes.push(format!("WIDTH times HEIGHT is {grid}, but POINTS is {points}; POINTS was \
-                 used"));
+            notes.push(format!("WIDTH times HEIGHT is {grid}, but POINTS is {points}; POINTS was used"));
         }
         let (length, lines) = (at, line_number);
         Ok(Self { columns, data, points, record, length, lines, fields_line: fields.line, notes })

@@ -157,8 +157,8 @@ impl Values for AsciiValues<'_> {
         self.finish_line();
         let (lines, first) = self.surplus;
         let holds = counted(lines, "line has", "lines have");
-        let note = format!("{holds} more values than the header declares, from line {first} on; \
-             they were ignored");
+        let note =
+            format!("{holds} more values than the header declares, from line {first} on; they were ignored");
         (lines > 0).then_some(note)
     }
 

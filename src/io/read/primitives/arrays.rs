@@ -30,8 +30,7 @@ pub(super) struct Array {
 impl<'a> Archive<'a> {
     pub(super) fn new(bytes: &'a [u8]) -> Result<Self, Fault> {
         let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|e| {
-            Fault::whole(format!("the archive is damaged ({e}); it may not have been written \
-                 completely"))
+            Fault::whole(format!("the archive is damaged ({e}); it may not have been written completely"))
         })?;
         Ok(Self { zip })
     }
@@ -58,9 +57,10 @@ impl<'a> Archive<'a> {
             return Ok(None);
         }
         let wrong = |problem: String| Fault::whole(format!("the array \"{name}\" {problem}"));
-        let member =
-            self.zip.by_name(&format!("{name}.npy")).map_err(|e| wrong(format!("cannot be \
-                 decompressed: {e}")))?;
+        let member = self
+            .zip
+            .by_name(&format!("{name}.npy"))
+            .map_err(|e| wrong(format!("cannot be decompressed: {e}")))?;
         let mut bytes = Vec::new();
         member
             .take(LARGEST + 1)
@@ -111,8 +111,9 @@ impl Array {
             ('f', 2 | 4 | 8) | ('i' | 'u', 1 | 2 | 4 | 8) | ('b', 1) => size,
             ('S', 1..=4096) => size,
             ('U', 1..=4096) => 4 * size,
-            _ => return Err(format!("is of type {descr}, which is not supported; save it as \
-                 numbers")),
+            _ => {
+                return Err(format!("is of type {descr}, which is not supported; save it as numbers"));
+            }
         };
         let wanted = shape.iter().try_fold(width, |n, &size| n.checked_mul(size));
         if wanted.is_none_or(|n| n > data.len()) {

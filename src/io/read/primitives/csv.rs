@@ -53,8 +53,7 @@ pub(super) fn parse(text: &str) -> Result<Found, Fault> {
             return Err(Fault::at_line(
                 line,
                 format!(
-                    "it has {} numbers, but a primitive has 13 ({}) or only the first \
-                     {WITHOUT_TAPER}",
+                    "it has {} numbers, but a primitive has 13 ({}) or only the first {WITHOUT_TAPER}",
                     values.len(),
                     COLUMNS.join(",")
                 ),

@@ -45,15 +45,15 @@ pub(super) fn parse(text: &str) -> Result<Found, Fault> {
     let head: Head = serde_json::from_str(text).map_err(|e| json_fault(&e))?;
     if head.format.as_deref() != Some(FORMAT) {
         return Err(Fault::whole(format!(
-            "it is JSON, but not a file of primitives (its \"format\" is not \"{FORMAT}\"); give \
-             a {PRIMITIVES_FILE} or the folder of a run"
+            "it is JSON, but not a file of primitives (its \"format\" is not \"{FORMAT}\"); give a \
+             {PRIMITIVES_FILE} or the folder of a run"
         )));
     }
     if head.version != Some(VERSION) {
         let found = head.version.map_or("missing".to_owned(), |v| v.to_string());
         return Err(Fault::whole(format!(
-            "its version is {found}, but only version {VERSION} is supported; export it again or \
-             use a newer program"
+            "its version is {found}, but only version {VERSION} is supported; export it again or use a \
+             newer program"
         )));
     }
     let file: File = serde_json::from_str(text).map_err(|e| json_fault(&e))?;

@@ -59,8 +59,7 @@ const ENDINGS: [(&[&str], &str, &str); 46] = [
     (&["xls", "xlsx", "ods"], "a spreadsheet", SAVE_TABLE),
     (&["doc", "docx", "odt", "ppt", "pptx"], "a document", NO_SHAPE),
     (&["geojson", "topojson", "shp", "gpkg", "kml", "kmz"], "a map", CONVERT_MAP),
-    (&["nii", "dcm", "nrrd", "vdb"], "a volume", "export its surface as STL, for example with 3D \
-         Slicer"),
+    (&["nii", "dcm", "nrrd", "vdb"], "a volume", "export its surface as STL, for example with 3D Slicer"),
     (&["mtl"], "a material library (MTL)", "open the OBJ file it belongs to"),
 ];
 
