@@ -54,7 +54,7 @@ pub struct Options {
 #[derive(Debug, thiserror::Error)]
 pub enum RunError {
     /// There is no display, no driver, or the window system refuses.
-    #[error("the window can't be opened: {0}")]
+    #[error("cannot open the window: {0}")]
     NoWindow(String),
     /// The window was there, but the screenshot that was asked for could not
     /// be made: the shape can't be loaded, or the picture not written.
@@ -66,7 +66,7 @@ pub enum RunError {
 fn icon() -> egui::IconData {
     const ICON: &[u8] = include_bytes!("../assets/icon.png");
     eframe::icon_data::from_png_bytes(ICON).unwrap_or_else(|error| {
-        tracing::warn!("the window has no icon: {error}");
+        tracing::warn!("cannot set the window icon: {error}");
         egui::IconData::default()
     })
 }
@@ -110,7 +110,7 @@ pub fn run(options: Options, journal: Option<Journal>) -> Result<(), RunError> {
     match outcome.try_recv() {
         Ok(result) => result.map_err(|error| RunError::NoPicture(format!("{error:#}"))),
         Err(_) if wants_picture => {
-            Err(RunError::NoPicture("the window was closed before its picture was taken".to_owned()))
+            Err(RunError::NoPicture("the window was closed before the screenshot was taken".to_owned()))
         }
         Err(_) => Ok(()),
     }
@@ -315,7 +315,7 @@ impl App {
                 Effect::AskForPicture(kind) => self.interface.ask_for_picture(kind),
                 Effect::SavePicture(kind, path) => {
                     if let Err(error) = self.interface.save_picture(ctx, &self.session, kind, path) {
-                        let what = "The picture can't be drawn".to_owned();
+                        let what = "Cannot render the picture".to_owned();
                         self.apply(ctx, Action::Tell { what, error });
                     }
                 }
@@ -331,7 +331,7 @@ impl App {
     /// Opens a folder or an address in the program that the system has for it.
     fn open_outside(&mut self, ctx: &egui::Context, what: &std::ffi::OsStr) {
         if let Err(error) = open::that_detached(what) {
-            let what = format!("{} could not be opened", what.display());
+            let what = format!("Cannot open {}", what.display());
             self.apply(ctx, Action::Tell { what, error: error.to_string() });
         }
     }
@@ -361,7 +361,7 @@ impl App {
         while let Ok(Picture { image, path }) = self.pictures.1.try_recv() {
             let result = write_png(&path, &image);
             if self.pending_picture.take_if(|pending| pending.path == path).is_some() {
-                self.finish(ctx, result.with_context(|| format!("{} could not be written", path.display())));
+                self.finish(ctx, result.with_context(|| format!("Cannot write {}", path.display())));
                 continue;
             }
             let action = match result {
@@ -370,7 +370,7 @@ impl App {
                         .offer("Show in folder", Action::ShowInFolder(path)),
                 ),
                 Err(error) => Action::Tell {
-                    what: "The screenshot could not be written".to_owned(),
+                    what: "Cannot save the screenshot".to_owned(),
                     error: format!("{error:#}"),
                 },
             };
@@ -465,7 +465,7 @@ impl eframe::App for App {
         let effects = self.session.background();
         self.carry_out(ctx, effects);
         while let Ok(error) = self.gpu_errors.try_recv() {
-            let what = "The 3D view could not be drawn".to_owned();
+            let what = "Cannot render the 3D view".to_owned();
             self.apply(ctx, Action::Tell { what, error });
         }
         self.absorb_keeping(ctx);
@@ -510,14 +510,14 @@ impl eframe::App for App {
 fn stored<T: serde::de::DeserializeOwned>(storage: &dyn eframe::Storage, name: &str) -> Option<T> {
     let text = storage.get_string(name)?;
     serde_json::from_str(&text)
-        .inspect_err(|error| tracing::warn!("the stored {name} can't be read, defaults are used: {error}"))
+        .inspect_err(|error| tracing::warn!("cannot read the stored {name}; using defaults: {error}"))
         .ok()
 }
 
 fn store<T: serde::Serialize>(storage: &mut dyn eframe::Storage, name: &str, value: &T) {
     match serde_json::to_string(value) {
         Ok(text) => storage.set_string(name, text),
-        Err(error) => tracing::warn!("the {name} can't be stored: {error}"),
+        Err(error) => tracing::warn!("cannot store the {name}: {error}"),
     }
 }
 

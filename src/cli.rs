@@ -65,11 +65,10 @@ pub use request::{Request, WindowRequest};
 /// Where a job goes that was meant for the window.
 const FALLBACK_FOLDER: &str = "superform-out";
 
-/// Turns a 3D shape into a handful of tapered superquadrics.
+/// Turns a 3D shape into a small number of tapered superquadrics.
 ///
-/// Opens the window on FILE (or on a built-in chair). Where there is no
-/// display, does the same job without one and leaves the results in
-/// ./superform-out.
+/// Opens FILE, or a built-in chair, in a window. Without a display, runs the same job and writes
+/// the results to ./superform-out.
 #[derive(Debug, Parser)]
 #[command(name = "superform", version = env!("SUPERFORM_VERSION"), max_term_width = 100, args_conflicts_with_subcommands = true)]
 pub struct Cli {
@@ -82,61 +81,61 @@ pub struct Cli {
 #[derive(Debug, Subcommand)]
 enum Command {
     /// Abstract shapes without a window and write the results to a folder
+    /// unfinished jobs.
     ///
-    /// Writes segmented.ply (the cloud with labels and colours), primitives.json
-    /// and report.json: all three, or none.
+    /// Writes segmented.ply (the cloud with labels and colours), primitives.json and report.json.
+    /// unfinished jobs.
     ///
-    /// One file's results go straight into the folder. Several files, a folder, a
-    /// pattern, a manifest or a sweep are a batch: each job's results go to a
-    /// folder of its own in there, and results.csv and results.jsonl get a row a
-    /// job. The same command again does only what is not finished.
+    /// The results of a single file go directly into the folder. Several files, a folder, a
+    /// pattern, a manifest or a sweep form a batch: each job gets its own subfolder, and
+    /// results.csv and results.jsonl get one row per job. Repeating the command runs only
+    /// unfinished jobs.
     ///
-    /// Exit status: 0 if all went well, 1 if one file's run or the whole batch
-    /// failed, 2 for a command line that makes no sense, 10 + n if n jobs of a
-    /// batch failed (at most 110), 130 if it was stopped.
+    /// Exit status: 0 on success, 1 if a single run or the whole batch failed, 2 for an invalid
+    /// command line, 10 + n if n jobs of a batch failed (at most 110), 130 if interrupted.
     Run(run::RunArgs),
-    /// Make one table of the results that several runs have left in a folder
-    ///
-    /// For runs with --shard or --lines, each of which has a table of its own:
-    /// writes results.csv and results.jsonl. Exit status: 10 + n if n jobs failed.
+    /// Merge the tables of several runs in a folder into one
+    /// unfinished jobs.
+    /// For runs with --shard or --lines, each of which writes its own table. Writes results.csv and
+    /// results.jsonl. Exit status: 10 + n if n jobs failed.
     MergeResults {
-        /// The folder that the runs wrote to
+        /// Output folder of the runs
         dir: PathBuf,
     },
     /// Measure a result against a shape: Chamfer distance, IoU, number of primitives
-    ///
+    /// unfinished jobs.
     /// Lengths are in units of the longest edge of the reference's bounding box.
     Evaluate(EvaluateArgs),
-    /// Write a result in other formats: clouds, meshes, primitives, robot models
-    ///
-    /// RESULT is what `run` has left, or a file of primitives from elsewhere. With
-    /// --list it prints the formats and what each is for.
+    /// Export a result to other formats: clouds, meshes, primitives, robot models
+    /// unfinished jobs.
+    /// RESULT is the output folder of `run` or a file of primitives. --list prints the formats and
+    /// their uses.
     Export(export::ExportArgs),
     /// Measure methods on many shapes: a table of shape × method
-    ///
-    /// Each run works on one core, several of them side by side. A mesh is
-    /// measured against itself. Writes runs.jsonl (as it goes; a benchmark that
-    /// was stopped goes on from there), table.md, table.csv and table.json.
-    ///
-    /// With --scaling it measures how the time of one method on one shape grows
-    /// instead, on all cores, and writes scaling.md and scaling.csv.
+    /// unfinished jobs.
+    /// Each run uses one core; several run in parallel. A mesh is measured against itself. Writes
+    /// runs.jsonl while running (an interrupted benchmark resumes from it), table.md, table.csv and
+    /// table.json.
+    /// unfinished jobs.
+    /// With --scaling, measures instead how the run time of one method on one shape grows, using
+    /// all cores, and writes scaling.md and scaling.csv.
     Bench(bench::BenchArgs),
-    /// Make pictures of results without a window, also turning, or all on one sheet
-    ///
-    /// A result is the folder of a run, a file of primitives (JSON, NPZ or CSV) or a
-    /// session; a batch's folder stands for all of its jobs. Shapes are drawn, too.
-    /// Needs a graphics driver, which may be a software one, and no display.
-    ///
-    /// Exit status: 0 if all went well, 1 if the only result failed, or if there is
-    /// nothing to draw or to draw with, 2 for a command line that makes no sense, 10 + n
-    /// if n of several results gave no picture (at most 110), 130 if it was stopped.
+    /// Render results without a window: pictures, turntables or a contact sheet
+    /// unfinished jobs.
+    /// A result is the folder of a run, a file of primitives (JSON, NPZ or CSV) or a session; the
+    /// folder of a batch stands for all its jobs. Input shapes can be rendered as well. Needs a
+    /// graphics driver (a software driver will do) but no display.
+    /// unfinished jobs.
+    /// Exit status: 0 on success, 1 if the only result failed, if there is nothing to render or if
+    /// there is no graphics driver, 2 for an invalid command line, 10 + n if n of several results
+    /// could not be rendered (at most 110), 130 if interrupted.
     Render(Box<render::RenderArgs>),
-    /// Print a script that completes commands and options in a shell
+    /// Print a completion script for a shell
     Completions {
-        /// The shell that it is for
+        /// Shell to complete for
         shell: clap_complete::Shell,
     },
-    /// Print the manual page, or write one for each command
+    /// Print the manual page, or write one page per command
     Man {
         /// Folder for superform.1, superform-run.1 and so on
         #[arg(short, long, value_name = "DIR")]
@@ -150,20 +149,20 @@ struct OpenArgs {
     file: Option<PathBuf>,
     #[command(flatten)]
     settings: SettingsArgs,
-    /// Save what the window shows when the run has ended, and exit
+    /// Save a screenshot of the window when the run finishes, then exit
     #[arg(long, value_name = "PNG", conflicts_with = "headless")]
     screenshot: Option<PathBuf>,
-    /// Open no window; leave the results in ./superform-out
+    /// Run without a window and write the results to ./superform-out
     #[arg(long)]
     headless: bool,
-    /// Open the window as on the first start: its size, panels, theme and recent files
+    /// Reset the window's size, panels, theme and recent files
     #[arg(long, conflicts_with = "headless")]
     reset_layout: bool,
 }
 
 #[derive(Debug, Args)]
 struct EvaluateArgs {
-    /// primitives.json of a run, or the folder that holds it
+    /// primitives.json of a run, or the folder that contains it
     result: PathBuf,
     /// Mesh or point cloud to measure against: OBJ, PLY, STL, OFF, glTF, GLB, PCD, LAS, LAZ, NPY,
     /// NPZ or XYZ text
@@ -181,7 +180,7 @@ struct EvaluateArgs {
 
 impl Cli {
     /// Reads the command line of this process.
-    ///
+    /// unfinished jobs.
     /// # Errors
     /// Where it can't be read, or asks for help: it was told so, and this is the
     /// exit status.
@@ -201,7 +200,7 @@ impl Cli {
     }
 
     /// The request, with all settings within their limits.
-    ///
+    /// unfinished jobs.
     /// # Errors
     /// One sentence that names the setting and its limits.
     pub fn request(self) -> Result<Request, String> {
@@ -225,7 +224,7 @@ impl Cli {
         let (sampling, params) = settings.resolve()?;
         let source = file.map_or(Source::BuiltIn, Source::File);
         if let Some(path) = screenshot.as_deref().filter(|path| !is_png(path)) {
-            return Err(format!("a screenshot is a PNG: name {} .png", path.display()));
+            return Err(format!("a screenshot is a PNG file; give {} the ending .png", path.display()));
         }
         if let Source::File(file) = &source {
             let mut inputs = crate::io::Inputs::default();
@@ -265,7 +264,7 @@ fn misspelt_command(error: &clap::Error, args: impl Iterator<Item = OsString>) -
     let known = commands.contains(&first.as_str());
     (!known).then(|| {
         format!(
-            "{first} is neither a command nor a file that is there; the commands are {} (see superform --help)",
+            "{first} is neither a command nor an existing file; commands are {} (see superform --help)",
             commands.join(", ")
         )
     })
@@ -276,9 +275,9 @@ fn misspelt_command(error: &clap::Error, args: impl Iterator<Item = OsString>) -
 pub fn instead_of_window(request: WindowRequest, why: &str) -> ExitCode {
     let WindowRequest { source, sampling, params, screenshot, .. } = request;
     if screenshot.is_some() {
-        return fail(&format!("{why}, and a screenshot needs a window; on a server try xvfb-run"));
+        return fail(&format!("{why}, but a screenshot needs a window; on a server try xvfb-run"));
     }
-    say(&format!("{why}; doing the job without a window, results go to ./{FALLBACK_FOLDER}"));
+    say(&format!("{why}; running without a window, writing results to ./{FALLBACK_FOLDER}"));
     let output = PathBuf::from(FALLBACK_FOLDER);
     HeadlessJob { source, sampling, params, output, exports: Vec::new(), quiet: false }.run()
 }
@@ -384,7 +383,7 @@ mod tests {
             (&["--outlier-prior", "0.2"], "--outlier-prior"),
         ] {
             let problem = request(args).unwrap_err();
-            assert!(problem.contains(&format!("does not read {option}")), "{problem}");
+            assert!(problem.contains(&format!("does not use {option}")), "{problem}");
         }
         for (args, outlier_prior, clusters) in
             [(["ems", "--outlier-prior", "0.2"], 0.2, 30), (["kmeans", "--clusters", "7"], 0.5, 7)]

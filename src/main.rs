@@ -35,7 +35,7 @@ fn main() -> ExitCode {
 
 #[cfg(not(feature = "window"))]
 fn open(request: WindowRequest, _journal: Journal) -> ExitCode {
-    cli::instead_of_window(request, "this program was built without its window")
+    cli::instead_of_window(request, "this program was built without a window")
 }
 
 #[cfg(feature = "window")]
@@ -74,5 +74,5 @@ fn open(request: WindowRequest, journal: Journal) -> ExitCode {
                 None => panic::resume_unwind(payload),
             },
         };
-    cli::instead_of_window(request, &format!("the window can't be opened ({why})"))
+    cli::instead_of_window(request, &format!("cannot open the window ({why})"))
 }

@@ -1,8 +1,7 @@
-//! Measuring methods on many shapes: shape × method × seed.
+//! Measures methods on many shapes: shape × method × seed.
 //!
-//! Every run works on one core, several of them side by side. Each that is
-//! finished is kept on disk at once, so that a benchmark that was stopped goes
-//! on where it was.
+//! Each run uses one core; several run in parallel. Finished runs are stored immediately, so that
+//! an interrupted benchmark can resume.
 
 mod args;
 mod output;
@@ -75,15 +74,18 @@ impl BenchJob {
         let cancel = cancel_on_interrupt();
         match self.work(&cancel) {
             Ok(None) => {
-                say(&format!("stopped; the same command goes on from what is in {}", self.output.display()));
+                say(&format!(
+                    "stopped; repeat the command to resume from the results in {}",
+                    self.output.display()
+                ));
                 ExitCode::from(INTERRUPTED)
             }
             Ok(Some((text, failures))) => {
                 let exit = print(&text);
                 match failures {
                     0 => exit,
-                    1 => fail("a run failed; the table is without it"),
-                    n => fail(&format!("{n} runs failed; the table is without them")),
+                    1 => fail("one run failed and is missing from the table"),
+                    n => fail(&format!("{n} runs failed and are missing from the table")),
                 }
             }
             Err(e) => fail_by(&e),
@@ -101,14 +103,14 @@ impl BenchJob {
         let place = |name: &str| self.output.join(name);
         inputs.check([RUNS_FILE, MARKDOWN_FILE, CSV_FILE, JSON_FILE].map(place))?;
         fs::create_dir_all(&self.output)
-            .with_context(|| format!("can't make the folder {}", self.output.display()))?;
+            .with_context(|| format!("cannot create the folder {}", self.output.display()))?;
         let mut store = Store::open(&self.output.join(RUNS_FILE))?;
         let tasks = self.tasks(&shapes)?;
         let mut rows: Vec<Option<Row>> = tasks.iter().map(|t| store.find(&t.key).cloned()).collect();
         let open: Vec<usize> = (0..tasks.len()).filter(|&i| rows[i].is_none()).collect();
         let open_tasks: Vec<Task> = open.iter().map(|&i| tasks[i].clone()).collect();
         if open.len() < tasks.len() {
-            say(&format!("{} of {} runs were made before", tasks.len() - open.len(), tasks.len()));
+            say(&format!("{} of {} runs were already finished", tasks.len() - open.len(), tasks.len()));
         }
 
         let bar = ProgressBar::new(tasks.len() as u64);
@@ -153,7 +155,7 @@ impl BenchJob {
         let program = std::env::current_exe()
             .and_then(fs::read)
             .map(|bytes| fingerprint(&[&bytes]))
-            .context("can't read the program's own file")?;
+            .context("cannot read the program file")?;
         let content = |path: &Path| fs::read(path).map_or_else(|e| e.to_string(), |b| fingerprint(&[&b]));
         let mut tasks = Vec::new();
         for (k, shape) in shapes.iter().enumerate() {
@@ -195,7 +197,7 @@ impl BenchJob {
             failures,
         };
         let place = |name: &str| self.output.join(name);
-        let markdown = format!("{text}\nMade by `{}`.\n", self.command);
+        let markdown = format!("{text}\nCommand: `{}`.\n", self.command);
         io::write_whole(&place(MARKDOWN_FILE), markdown.as_bytes())?;
         io::write_whole(&place(CSV_FILE), &output::csv(table)?)?;
         io::write_whole(&place(JSON_FILE), &serde_json::to_vec_pretty(&file)?)?;

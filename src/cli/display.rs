@@ -3,7 +3,7 @@
 /// Why no window can be opened here, or `None` if it is worth a try.
 pub fn why_no_display() -> Option<String> {
     if !cfg!(feature = "window") {
-        return Some("this program was built without its window".to_owned());
+        return Some("this program was built without a window".to_owned());
     }
     // Elsewhere there is always a desktop.
     if !cfg!(unix) || cfg!(target_os = "macos") {
@@ -14,9 +14,9 @@ pub fn why_no_display() -> Option<String> {
         return None;
     }
     match set("DISPLAY") {
-        None => Some("there is no display (neither WAYLAND_DISPLAY nor DISPLAY is set)".to_owned()),
+        None => Some("no display (neither WAYLAND_DISPLAY nor DISPLAY is set)".to_owned()),
         Some(name) if nobody_answers(&name) => {
-            Some(format!("there is no display (nobody answers at DISPLAY={name})"))
+            Some(format!("no display (no X server responds at DISPLAY={name})"))
         }
         Some(_) => None,
     }
@@ -42,7 +42,7 @@ pub fn spare_complaints() {
     let arguments = std::env::args_os().skip(1);
     // Returns only where it fails; then they complain.
     let error = std::process::Command::new(program).args(arguments).env(NO_DEVICE_CHOICE, "1").exec();
-    tracing::debug!("the program can't be started anew: {error}");
+    tracing::debug!("cannot restart the program: {error}");
 }
 
 #[cfg(not(unix))]

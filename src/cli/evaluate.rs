@@ -99,14 +99,18 @@ fn table(result: &StoredPrimitives, shape: &Shape, reference: &Reference, metric
     };
     row("IoU", figure(metrics.iou, 3), &about_iou);
     if metrics.iou_outside.is_some() {
-        row("IoU outside", figure(metrics.iou_outside, 3), "hollows filled");
+        row("IoU outside", figure(metrics.iou_outside, 3), "cavities filled");
     }
     row("Primitives", metrics.primitives.to_string(), "");
     if let Some(share) = metrics.unassigned_share {
         row("Unassigned", format!("{:.1} %", 100.0 * share), "of the samples");
     }
     if let Some(share) = metrics.buried_share {
-        row("Buried", format!("{:.1} %", 100.0 * share), "of the primitives' surface lies inside others");
+        row(
+            "Buried",
+            format!("{:.1} %", 100.0 * share),
+            "of the primitives' surface is inside other primitives",
+        );
     }
     text.lines().map(str::trim_end).collect::<Vec<_>>().join("\n")
 }

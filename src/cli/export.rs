@@ -20,23 +20,23 @@ use crate::io::{
 
 #[derive(Debug, Args)]
 pub(super) struct ExportArgs {
-    /// Folder of a run, or a file of primitives (JSON, NPZ or CSV)
+    /// Folder of a run or file of primitives (JSON, NPZ or CSV)
     #[arg(required_unless_present = "list")]
     result: Option<PathBuf>,
-    /// Files to write, - for standard output (with --format); their endings tell the format, and so
-    /// do words in their names: segmented or cloud, mesh or parts, else primitives
+    /// Files to write; - is standard output (with --format). The ending determines the format, and
+    /// the name what is written: segmented or cloud, mesh or parts, otherwise primitives
     #[arg(short, long, value_name = "FILE", num_args = 1.., required_unless_present = "list")]
     output: Vec<PathBuf>,
-    /// Format of the files, by its name in --list, whatever they are called
+    /// Format of the files, one of --list, regardless of their names
     #[arg(long, value_name = "NAME")]
     format: Option<String>,
-    /// The shape that was abstracted, where the report of the run doesn't lead to it
+    /// The abstracted shape, if the run's report does not lead to it
     #[arg(long, value_name = "FILE")]
     shape: Option<PathBuf>,
-    /// Which shape of an NPZ with several, from 0
+    /// Index of the shape in an NPZ with several, from 0
     #[arg(long, value_name = "N")]
     index: Option<usize>,
-    /// Print the formats, a line each, and do nothing else
+    /// List the formats and exit
     #[arg(long)]
     list: bool,
     #[command(flatten)]
@@ -45,36 +45,36 @@ pub(super) struct ExportArgs {
 
 /// What [`ExportOptions`] holds, as options.
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Options of some formats")]
+#[command(next_help_heading = "Format options")]
 struct OptionArgs {
-    /// Write text where the format has a text form, too
+    /// Write text instead of binary, for formats that have both
     #[arg(long)]
     text: bool,
-    /// Leave the colours out
+    /// Omit colours
     #[arg(long)]
     no_colors: bool,
-    /// Leave out the input's own normals, colours and labels
+    /// Omit normals, colours and labels of the input
     #[arg(long)]
     no_input_attributes: bool,
-    /// PCD: places in double precision, which PCL and Open3D don't read
+    /// PCD: double-precision coordinates, which PCL and Open3D cannot read
     #[arg(long)]
     doubles: bool,
-    /// Segmented meshes: cut faces along the boundaries of the parts
+    /// Segmented meshes: cut faces along part boundaries
     #[arg(long)]
     split_boundaries: bool,
-    /// Pieces of a quarter turn of a primitive's surface, from 2 to 128
+    /// Resolution: segments per quarter turn of a primitive's surface, from 2 to 128
     #[arg(long, value_name = "N", default_value_t = ExportOptions::default().resolution)]
     resolution: usize,
-    /// Robot models: meshes also for spheres, boxes and cylinders
+    /// Robot models: use meshes even for spheres, boxes and cylinders
     #[arg(long)]
     no_exact_shapes: bool,
-    /// Robot models: kilograms a cubic metre
+    /// Robot models: density in kilograms per cubic metre
     #[arg(long, value_name = "D", default_value_t = ExportOptions::default().density)]
     density: f64,
-    /// Robot models, which are in metres: the unit that the input's lengths are in [default: m]
+    /// Robot models (in metres): unit of the input's lengths [default: m]
     #[arg(long, value_enum, value_name = "UNIT", conflicts_with = "scale")]
     unit: Option<Unit>,
-    /// Robot models: metres that a unit of the input stands for, as --unit says for the usual ones
+    /// Robot models: metres per unit of the input, as an alternative to --unit
     #[arg(long, value_name = "METRES", default_value_t = ExportOptions::default().scale)]
     scale: f64,
 }
@@ -128,12 +128,12 @@ impl ExportArgs {
         let options = self.options.resolve()?;
         let named = self
             .format
-            .map(|name| Format::by_name(&name).ok_or_else(|| format!("{name} is no format; see --list")))
+            .map(|name| Format::by_name(&name).ok_or_else(|| format!("{name} is not a format; see --list")))
             .transpose()?;
         let target = |path: PathBuf| match named.or_else(|| Format::from_path(&path, None)) {
             Some(format) => Ok((path, format)),
             None => Err(format!(
-                "{} does not tell its format by its ending; name one of --list with --format",
+                "cannot tell the format of {} from its name; choose one of --list with --format",
                 path.display()
             )),
         };
@@ -206,7 +206,7 @@ impl WriteJob {
             .filter(|path| io::is_standard_output(path))
             .collect();
         if stdout.len() > 1 {
-            bail!("only one file can go to standard output; name the others");
+            bail!("only one file can go to standard output; give names for the others");
         }
         let mut inputs = Inputs::default();
         inputs.add_result(&self.result);
@@ -226,7 +226,7 @@ impl WriteJob {
             let done = match (&segmented, format.kind()) {
                 (Some(result), Kind::Cloud | Kind::Mesh) => {
                     if format.needs_mesh() && matches!(result.shape.geometry, ShapeGeometry::Cloud(_)) {
-                        bail!("{format} needs the mesh that was abstracted; name it with --shape");
+                        bail!("{format} needs the abstracted mesh; give it with --shape");
                     }
                     io::export(path, *format, &self.options, &result.outcome(&colors, &params, &stored))
                 }
@@ -271,7 +271,8 @@ impl WriteJob {
                 self.shape.as_deref().filter(|_| stored.path.with_file_name(SEGMENTED_FILE).exists())
             {
                 bail!(
-                    "{} is not the shape that was abstracted: the segmented cloud beside the result is of another",
+                    "{} is not the abstracted shape: it does not match the segmented cloud next to the \
+                     result",
                     shape.display()
                 );
             }

@@ -25,7 +25,7 @@ pub struct HeadlessJob {
     pub output: PathBuf,
     /// Names of more files for the folder, each of which tells its format.
     pub exports: Vec<String>,
-    /// Say nothing but what went wrong.
+    /// Print only errors and warnings.
     pub quiet: bool,
 }
 
@@ -42,7 +42,7 @@ impl HeadlessJob {
 
     fn work(&self, cancel: &Cancel) -> anyhow::Result<String> {
         if self.output.exists() && !self.output.is_dir() {
-            bail!("{} is not a folder; name another one for the results", self.output.display());
+            bail!("{} is not a folder; choose another one for the results", self.output.display());
         }
         let mut inputs = Inputs::default();
         if let Source::File(path) = &self.source {

@@ -20,7 +20,7 @@ pub(super) fn cancel_on_interrupt() -> Cancel {
         asked.request();
     });
     if let Err(e) = listening {
-        tracing::warn!("Ctrl-C will end the program at once: {e}");
+        tracing::warn!("Ctrl-C will end the program immediately: {e}");
     }
     cancel
 }

@@ -1,4 +1,4 @@
-//! What shells and `man` want to know of the command line.
+//! Shell completions and manual pages.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -57,7 +57,8 @@ fn page(man: &clap_mangen::Man) -> std::io::Result<Vec<u8>> {
 /// Writes a page a command; returns the list of what was written.
 fn write_pages(cli: clap::Command, folder: &Path) -> anyhow::Result<String> {
     folder_for_results(folder).map_err(anyhow::Error::msg)?;
-    std::fs::create_dir_all(folder).with_context(|| format!("can't make the folder {}", folder.display()))?;
+    std::fs::create_dir_all(folder)
+        .with_context(|| format!("cannot create the folder {}", folder.display()))?;
     let mut program = described(cli);
     program.build();
     let commands: Vec<clap::Command> =

@@ -17,8 +17,8 @@ pub(super) fn is_png(path: &Path) -> bool {
 pub(super) fn folder_for_results(path: &Path) -> Result<(), String> {
     let shown = path.display();
     if path == Path::new("-") {
-        let problem = "there are several results, which can't go to standard output: name a folder (./- if it \
-                       is called so)";
+        let problem = "several results cannot go to standard output; give a folder (write ./- for \
+             a folder named -)";
         return Err(problem.to_owned());
     }
     let ending = path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default();
@@ -26,8 +26,8 @@ pub(super) fn folder_for_results(path: &Path) -> Result<(), String> {
         return Ok(());
     }
     Err(format!(
-        "{shown} looks like a file, but the results go to a folder: name a folder, or write {shown}/ if it is \
-         called so"
+        "{shown} looks like a file, but results go to a folder; give a folder, or write {shown}/ if this is \
+         one"
     ))
 }
 

@@ -8,7 +8,7 @@ use anyhow::Context as _;
 
 use crate::io::{self, WriteError};
 
-const LOST: &str = "can't write to standard output";
+const LOST: &str = "cannot write to standard output";
 
 /// Prints what a job gave. It failed if that got lost.
 pub(super) fn print(text: &str) -> ExitCode {

@@ -27,8 +27,8 @@ pub(super) fn matches(pattern: &Path) -> Result<Vec<PathBuf>, String> {
         };
         // What is no text in it stands for what is no text in names.
         let text = part.to_string_lossy();
-        let compiled = Pattern::new(&text)
-            .map_err(|e| format!("the pattern {} makes no sense: {}", pattern.display(), e.msg))?;
+        let compiled =
+            Pattern::new(&text).map_err(|e| format!("invalid pattern {}: {}", pattern.display(), e.msg))?;
         let mut next = Vec::new();
         for path in found {
             if text == "**" {
@@ -64,7 +64,7 @@ fn entries(folder: &Path) -> Result<Vec<PathBuf>, String> {
     if !listed.is_dir() {
         return Ok(Vec::new());
     }
-    let failed = |e: std::io::Error| format!("can't list the folder {}: {e}", listed.display());
+    let failed = |e: std::io::Error| format!("cannot list the folder {}: {e}", listed.display());
     let mut found = Vec::new();
     for entry in fs::read_dir(listed).map_err(failed)? {
         found.push(folder.join(entry.map_err(failed)?.file_name()));
@@ -104,7 +104,7 @@ mod tests {
         assert_eq!(found("a/.*/w.obj"), paths(&["a/.git/w.obj"]));
         assert_eq!(found("*.stl"), paths(&[]));
         assert!(!is_pattern(&root.path().join("u.ply")));
-        assert!(matches(&root.path().join("a/[")).unwrap_err().contains("makes no sense"));
+        assert!(matches(&root.path().join("a/[")).unwrap_err().contains("invalid pattern"));
     }
 
     #[cfg(target_os = "linux")]

@@ -34,14 +34,14 @@ const ELEVATION: f64 = 22.0;
 
 #[derive(Debug, Args)]
 pub(super) struct RenderArgs {
-    /// Folders of runs or of batches, files of primitives (JSON, NPZ, CSV), sessions, or plain shapes
+    /// Folders of runs or batches, files of primitives (JSON, NPZ, CSV), sessions or input shapes
     #[arg(value_name = "RESULT", required = true)]
     inputs: Vec<PathBuf>,
-    /// Picture (.png, .gif, - for standard output) or folder for pictures [default: the present folder,
-    /// unless there is a sheet]
+    /// Picture (.png, .gif, - for standard output) or folder for pictures [default: the current
+    /// folder, unless --sheet is given]
     #[arg(short, long, value_name = "FILE|DIR")]
     output: Option<PathBuf>,
-    /// Say nothing but what went wrong
+    /// Print only errors and warnings
     #[arg(short, long)]
     quiet: bool,
     #[command(flatten)]
@@ -57,19 +57,19 @@ pub(super) struct RenderArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Camera")]
 struct CameraArgs {
-    /// Pixels of a picture [default: 1200x900; of a turntable 640x480, of a sheet's cell 480x360]
+    /// Picture size in pixels [default: 1200x900; turntable 640x480, sheet cell 480x360]
     #[arg(long, value_name = "WxH", value_parser = size)]
     size: Option<[u32; 2]>,
-    /// Where from; several, separated by commas, give a picture each
+    /// Views, separated by commas; one picture per view
     #[arg(long, value_name = "VIEW", value_enum, value_delimiter = ',')]
     view: Vec<ViewChoice>,
-    /// Angle of the eye around the upright axis in degrees: 0 is in front, 90 to the right [default: 35]
+    /// Camera angle around the up axis in degrees: 0 is the front, 90 the right [default: 35]
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = degrees)]
     azimuth: Option<f64>,
-    /// Angle of the eye above the ground in degrees, from -90 to 90 [default: 22]
+    /// Camera angle above the ground in degrees, from -90 to 90 [default: 22]
     #[arg(long, value_name = "DEGREES", allow_negative_numbers = true, value_parser = degrees)]
     elevation: Option<f64>,
-    /// Which axis of the input points upwards [default: y]
+    /// Axis of the input that points up [default: y]
     #[arg(long, value_enum)]
     up: Option<UpChoice>,
 }
@@ -77,26 +77,26 @@ struct CameraArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Look")]
 struct LookArgs {
-    /// Colours of background and text
+    /// Background and text colours
     #[arg(long, value_enum, default_value_t = ThemeChoice::Dark)]
     theme: ThemeChoice,
-    /// No background and no ground grid
+    /// Without background and ground grid
     #[arg(long)]
     transparent: bool,
     /// How primitives are drawn [default: translucent; solid with --color-by surface]
     #[arg(long, value_enum)]
     style: Option<StyleChoice>,
-    /// All that is drawn, separated by commas [default: everything]
+    /// Layers to draw, separated by commas [default: all]
     #[arg(long, value_name = "LAYERS", value_enum, value_delimiter = ',', conflicts_with = "hide")]
     show: Vec<LayerChoice>,
-    /// What is not drawn, separated by commas
+    /// Layers to hide, separated by commas
     #[arg(long, value_name = "LAYERS", value_enum, value_delimiter = ',')]
     hide: Vec<LayerChoice>,
-    /// What colours tell [default: cluster]
+    /// What colours show [default: cluster]
     #[arg(long, value_enum)]
     color_by: Option<ColorChoice>,
-    /// Diameter of a point, from 1 to 12, in pixels of a picture that is 800 high [default: 3.5; of a
-    /// plain cloud 6]
+    /// Point diameter from 1 to 12, in pixels at a picture height of 800 [default: 3.5; 6 for an
+    /// input cloud]
     #[arg(long, value_name = "PIXELS", allow_negative_numbers = true)]
     point_size: Option<f32>,
 }
@@ -104,10 +104,10 @@ struct LookArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Contact sheet")]
 struct SheetArgs {
-    /// One picture of all results, side by side with their names and figures
+    /// One picture of all results, with names and metrics
     #[arg(long, value_name = "PNG", conflicts_with = "turntable")]
     sheet: Option<PathBuf>,
-    /// Cells of a sheet side by side [default: as many as make it half as wide again as high]
+    /// Columns of the sheet [default: chosen for an aspect ratio of about 3:2]
     #[arg(long, value_name = "N", requires = "sheet", value_parser = clap::value_parser!(u32).range(1..=1000))]
     columns: Option<u32>,
 }
@@ -115,20 +115,20 @@ struct SheetArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Turntable")]
 struct TurntableArgs {
-    /// A GIF that goes once around the shape in so many pictures, from 2 to 720
+    /// Write a GIF of a full turn with this number of frames, from 2 to 720
     #[arg(
         long, value_name = "FRAMES",
         value_parser = clap::value_parser!(u32).range(i64::from(FRAMES.0)..=i64::from(FRAMES.1))
     )]
     turntable: Option<u32>,
-    /// Seconds of a whole turn
+    /// Seconds per turn
     #[arg(long, value_name = "S", requires = "turntable", default_value_t = 6.0)]
     seconds: f64,
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum ViewChoice {
-    /// From the place that --azimuth and --elevation give; a session's as it was left
+    /// From --azimuth and --elevation; for a session, from its saved camera
     Perspective,
     Front,
     Right,
@@ -163,9 +163,9 @@ enum StyleChoice {
 enum LayerChoice {
     Points,
     Primitives,
-    /// The mesh that was read
+    /// The input mesh
     Input,
-    /// The grid on the ground
+    /// The ground grid
     Grid,
 }
 
@@ -177,9 +177,9 @@ enum ColorChoice {
     Error,
     /// The distance of the primitives' surfaces to the input, with a legend
     Surface,
-    /// The colours in the file
+    /// The colours of the input file
     Input,
-    /// Nothing
+    /// One colour
     Plain,
 }
 
@@ -193,7 +193,7 @@ impl RenderArgs {
         }
         let sheet = sheet.sheet.map(|path| SheetWish { path, columns: sheet.columns });
         if let Some(SheetWish { path, .. }) = sheet.as_ref().filter(|sheet| !is_png(&sheet.path)) {
-            return Err(format!("{} is no name of a sheet, which is a PNG: name it .png", path.display()));
+            return Err(format!("a sheet is a PNG file; give {} the ending .png", path.display()));
         }
         let views = camera.views()?;
         let usual = if turn.is_some() { FRAME } else { PICTURE };
@@ -219,15 +219,15 @@ impl CameraArgs {
         let perspective = if turned {
             let elevation = self.elevation.unwrap_or(ELEVATION);
             if !(-90.0..=90.0).contains(&elevation) {
-                return Err(format!("the elevation {elevation} is not between -90 and 90 degrees"));
+                return Err(format!("the elevation is {elevation}, but must be between -90 and 90 degrees"));
             }
             Viewpoint::Perspective { azimuth: self.azimuth.unwrap_or(AZIMUTH), elevation }
         } else {
             Viewpoint::AsLeft
         };
         if turned && !self.view.is_empty() && !self.view.contains(&ViewChoice::Perspective) {
-            return Err("--azimuth and --elevation turn the perspective view: add it to --view, or leave \
-                        --view out"
+            return Err("--azimuth and --elevation apply to the perspective view; add perspective \
+                 to --view or omit --view"
                 .to_owned());
         }
         let mut views = Vec::new();
@@ -256,7 +256,7 @@ impl LookArgs {
     fn resolve(self, up: Option<UpChoice>) -> Result<Look, String> {
         let (least, most) = View::POINT_SIZE;
         if let Some(size) = self.point_size.filter(|size| !(least..=most).contains(size)) {
-            return Err(format!("the point size {size} is not between {least} and {most}"));
+            return Err(format!("the point size is {size}, but must be between {least} and {most}"));
         }
         let layer = |choice: &LayerChoice| match choice {
             LayerChoice::Points => Layer::Points,
@@ -302,7 +302,10 @@ impl TurntableArgs {
         let Some(frames) = self.turntable else { return Ok(None) };
         let (least, most) = SECONDS;
         if !(least..=most).contains(&self.seconds) {
-            return Err(format!("the {} seconds of a turn are not between {least} and {most}", self.seconds));
+            return Err(format!(
+                "a turn takes {} seconds, but must take between {least} and {most}",
+                self.seconds
+            ));
         }
         Ok(Some(Turn { frames, seconds: self.seconds }))
     }
@@ -317,13 +320,15 @@ fn check_name(output: &Path, is_turntable: bool) -> Result<(), String> {
     }
     match (ending_of(output).as_deref(), is_turntable) {
         (None, _) | (Some("png"), false) | (Some("gif"), true) => Ok(()),
-        (Some("png"), true) => Err("a turntable is a GIF: name it .gif".to_owned()),
-        (Some("gif"), false) => Err("a picture is a PNG: name it .png, or ask for a --turntable".to_owned()),
+        (Some("png"), true) => Err("a turntable is a GIF file; use the ending .gif".to_owned()),
+        (Some("gif"), false) => {
+            Err("a picture is a PNG file; use the ending .png, or add --turntable".to_owned())
+        }
         (Some(ending), _) => {
             let shown = output.display();
             Err(format!(
-                "pictures are written as .png, and turntables as .gif, but {shown} ends with .{ending}; a \
-                 folder of that name is {shown}/"
+                "pictures are written as .png and turntables as .gif, but {shown} ends with .{ending}; for \
+                 a folder of that name write {shown}/"
             ))
         }
     }
@@ -341,12 +346,14 @@ fn size(text: &str) -> Result<[u32; 2], String> {
     let (least, most) = SIDE;
     let side = |text: &str| text.trim().parse::<u32>().ok().filter(|side| (least..=most).contains(side));
     let sides = text.split_once(['x', 'X', '×', '*']).and_then(|(w, h)| Some([side(w)?, side(h)?]));
-    sides.ok_or_else(|| format!("give width and height in pixels, {least} to {most} each, such as 1200x900"))
+    sides.ok_or_else(|| {
+        format!("expected width and height in pixels, {least} to {most} each, such as 1200x900")
+    })
 }
 
 fn degrees(text: &str) -> Result<f64, String> {
     let number = text.trim_end_matches('°').parse::<f64>().ok().filter(|number| number.is_finite());
-    number.ok_or_else(|| "it must be an angle in degrees".to_owned())
+    number.ok_or_else(|| "expected an angle in degrees".to_owned())
 }
 
 #[cfg(test)]

@@ -18,14 +18,14 @@ pub(super) struct RunArgs {
     /// XYZ text), folders of them, or patterns like 'shapes/*.obj'
     #[arg(value_name = "INPUT", required_unless_present = "manifest")]
     inputs: Vec<PathBuf>,
-    /// Folder for the results; made if it isn't there
+    /// Folder for the results; created if missing
     #[arg(short, long, value_name = "DIR")]
     output: PathBuf,
-    /// Say nothing but what went wrong
+    /// Print only errors and warnings
     #[arg(short, long)]
     quiet: bool,
-    /// More files for the folder, in formats that their names tell as for `superform export`:
-    /// segmented.csv,primitives.npz,robot.urdf
+    /// More files to write to the folder. Their names determine their formats as for `superform
+    /// export`, for example segmented.csv,primitives.npz,robot.urdf
     #[arg(long, value_name = "NAME,…", value_delimiter = ',')]
     export: Vec<String>,
     #[command(flatten)]
@@ -41,7 +41,7 @@ impl RunArgs {
         let Self { mut inputs, output, quiet, export: exports, batch, settings } = self;
         if let Some(name) = exports.iter().find(|name| Format::from_path(Path::new(name), None).is_none()) {
             return Err(format!(
-                "{name} does not tell its format; superform export --list shows the endings"
+                "cannot tell the format of {name} from its name; see superform export --list"
             ));
         }
         folder_for_results(&output)?;

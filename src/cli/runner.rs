@@ -1,4 +1,4 @@
-//! Jobs side by side, each with threads of its own.
+//! Runs jobs in parallel, each with its own threads.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::mpsc;
@@ -31,7 +31,7 @@ pub(super) fn run_all<T: Send>(
     let pools = (0..workers.clamp(1, count.max(1)))
         .map(|_| rayon::ThreadPoolBuilder::new().num_threads(threads.max(1)).build())
         .collect::<Result<Vec<_>, _>>()
-        .context("can't start a thread")?;
+        .context("cannot start a thread")?;
     let next = AtomicUsize::new(0);
     let (sender, receiver) = mpsc::channel();
     std::thread::scope(|scope| {
@@ -68,9 +68,7 @@ fn guarded<T>(work: impl FnOnce() -> anyhow::Result<T>) -> End<T> {
             End::Cancelled
         }
         Ok(Err(e)) => End::Failed(format!("{e:#}")),
-        Err(text) => {
-            End::Failed(format!("the program stopped at an unexpected fault: {text}; please report it"))
-        }
+        Err(text) => End::Failed(format!("internal error: {text}; please report it")),
     }
 }
 
@@ -110,7 +108,9 @@ mod tests {
             for (at, end) in found.into_iter().enumerate() {
                 match (at, end.unwrap()) {
                     (2, End::Failed(text)) => assert_eq!(text, "bad file"),
-                    (5, End::Failed(text)) => assert!(text.contains("fault: index 5 out of range"), "{text}"),
+                    (5, End::Failed(text)) => {
+                        assert!(text.contains("internal error: index 5 out of range"), "{text}")
+                    }
                     (_, end) => assert_eq!(end, End::Done(at * at)),
                 }
             }

@@ -1,4 +1,4 @@
-//! The settings of a run, as `run`, `bench` and the window's start take them.
+//! Settings of a run, shared by `run`, `bench` and the window.
 
 use std::str::FromStr;
 
@@ -14,19 +14,19 @@ use crate::inference::{MergeRule, Method, PARAMETERS, Parameter, Params, Setting
 #[derive(Debug, Clone, Args)]
 #[command(next_help_heading = "Settings")]
 pub(super) struct SettingsArgs {
-    /// How to abstract the shape; the other options tune what the method reads
+    /// Method of abstraction
     #[arg(long, visible_alias = "preset", value_name = "NAME", value_parser = methods(), default_value = "default")]
     method: Method,
     #[command(flatten)]
     pub(super) tuning: TuningArgs,
-    /// Part of a mesh that is sampled
+    /// Part of a mesh to sample
     #[arg(long, value_enum, default_value_t = SurfaceChoice::Outside)]
     surface: SurfaceChoice,
-    /// What becomes of the isolated points of a cloud
+    /// How to treat isolated points of a cloud
     #[arg(long, value_enum, default_value_t = IsolatedChoice::LeaveOut)]
     isolated: IsolatedChoice,
     /// Seed of all random draws, a whole number: the same seed gives the same
-    /// result [default: 1]
+    /// Seed of all random draws; the same seed gives the same result [default: 1]
     #[arg(long, value_name = "S", allow_negative_numbers = true, value_parser = whole::<u64>)]
     seed: Option<u64>,
 }
@@ -39,7 +39,7 @@ pub(super) struct TuningArgs {
     pub(super) points: Option<usize>,
     #[command(flatten)]
     pub(super) numbers: Numbers,
-    /// Leave the primitives unmerged
+    /// Do not merge primitives
     #[arg(long)]
     pub(super) no_merge: bool,
 }
@@ -52,12 +52,12 @@ pub(super) fn methods() -> impl TypedValueParser<Value = Method> {
 
 /// A number that counts something.
 fn whole<T: FromStr>(text: &str) -> Result<T, String> {
-    text.parse().map_err(|_| "it must be a whole number, and not negative".to_owned())
+    text.parse().map_err(|_| "expected a non-negative whole number".to_owned())
 }
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum SurfaceChoice {
-    /// What can be seen from outside: no inner walls, no buried parts
+    /// Only what is visible from outside: no inner walls, no hidden parts
     Outside,
     /// Every face
     All,
@@ -65,9 +65,9 @@ enum SurfaceChoice {
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 enum IsolatedChoice {
-    /// They are outliers: no primitive is made for them
+    /// Treat them as outliers without a primitive
     LeaveOut,
-    /// They are points like the others
+    /// Treat them like all other points
     Keep,
 }
 
@@ -185,7 +185,7 @@ impl FromArgMatches for Numbers {
     }
 }
 
-const WHOLE: &str = "a whole number that is not negative";
+const WHOLE: &str = "a non-negative whole number";
 
 /// The settings that a manifest's columns and `--sweep` change, by the names of
 /// their options.
@@ -221,7 +221,7 @@ impl SettingsArgs {
     pub(super) fn resolve(&self) -> Result<(SamplingOptions, Params), String> {
         let (sampling, params) = self.applied()?;
         if let Some(option) = self.tuning.unread(&[params]) {
-            return Err(format!("--method {} does not read {option}; leave it out", self.method));
+            return Err(format!("--method {} does not use {option}; remove it", self.method));
         }
         Ok((sampling, params))
     }
@@ -269,7 +269,7 @@ impl SettingsArgs {
         for at in then {
             let key = changes[at].0;
             if setting_of(key).is_some_and(|setting| !resolved.1.reads(setting)) {
-                let problem = format!("the method {} does not read {key}; leave it out", settings.method);
+                let problem = format!("the method {} does not use {key}; remove it", settings.method);
                 return Err(BadSetting { at, problem });
             }
         }
@@ -286,14 +286,14 @@ impl SettingsArgs {
                 let all: Vec<PossibleValue> =
                     T::value_variants().iter().filter_map(ValueEnum::to_possible_value).collect();
                 let names: Vec<&str> = all.iter().map(PossibleValue::get_name).collect();
-                format!("“{text}” is none of {}", names.join(", "))
+                format!("“{text}” is not one of {}", names.join(", "))
             })
         }
         let tuning = &mut self.tuning;
         match key {
             "method" => {
                 self.method = text.parse().map_err(|_| {
-                    format!("“{text}” is none of {}", Method::ALL.map(Method::name).join(", "))
+                    format!("“{text}” is not one of {}", Method::ALL.map(Method::name).join(", "))
                 })?;
             }
             "points" => tuning.points = number(text, WHOLE)?,
@@ -310,7 +310,7 @@ impl SettingsArgs {
             other => {
                 let parameter = PARAMETERS.iter().find(|p| p.name == other);
                 let Some((parameter, number)) = parameter.and_then(|p| Some((p, p.number?))) else {
-                    return Err(format!("{other} is no setting"));
+                    return Err(format!("{other} is not a setting"));
                 };
                 let value = Numbers::parse(number, text);
                 let value = value.map_err(|expected| format!("“{text}” is not {expected}"))?;
@@ -325,7 +325,7 @@ impl SettingsArgs {
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Measuring")]
 pub(super) struct MeasureArgs {
-    /// Samples of each of the two surfaces, and points that volumes are counted by
+    /// Number of samples on each surface, and of points for volumes
     #[arg(long, value_name = "N", default_value_t = MetricOptions::default().samples)]
     samples: usize,
 }

@@ -84,16 +84,16 @@ impl SampledPart {
     pub fn note(&self) -> Option<String> {
         match self {
             Self::Outside { left_out } if *left_out >= 0.005 => Some(format!(
-                "{:.0} % of the surface can't be seen from outside and was left out",
+                "{:.0} % of the surface is not visible from outside and was left out",
                 100.0 * left_out
             )),
             Self::Connected { points, isolated, .. } => Some(format!(
-                "{} of {} points are isolated, outliers, and were left out",
+                "{} of {} points are isolated outliers and were left out",
                 grouped(*isolated),
                 grouped(*points)
             )),
             Self::WholeAsHidden => Some(
-                "hardly any of the surface can be seen from outside, so all of it was sampled".to_owned(),
+                "almost none of the surface is visible from outside, so all of it was sampled".to_owned(),
             ),
             Self::Whole | Self::Outside { .. } => None,
         }

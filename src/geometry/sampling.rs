@@ -111,11 +111,11 @@ impl SamplingOptions {
 /// Why a shape can't be sampled.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum SamplingError {
-    #[error("the mesh has no face with an area, so there is no surface to sample")]
+    #[error("the mesh has no faces with non-zero area, so there is no surface to sample")]
     NoArea,
-    #[error("the cloud has no point with finite coordinates")]
+    #[error("the cloud has no points with finite coordinates")]
     NoPoints,
-    #[error("the number of samples is {points}, but must lie between {least} and {most}")]
+    #[error("the number of samples is {points}, but must be between {least} and {most}")]
     PointsOutOfRange { points: usize, least: usize, most: usize },
 }
 

@@ -71,8 +71,8 @@ pub const PARAMETERS: [Parameter; 11] = [
         symbol: "ALPHA",
         label: "Concentration α",
         help: "Concentration α: the larger, the more primitives",
-        tooltip: "α, the concentration of the Chinese Restaurant Process: the larger, the more primitives are \
-                  expected before a point is seen.",
+        tooltip: "Concentration α of the Chinese Restaurant Process. Larger values expect more \
+             primitives a priori.",
         taken: Taken::Iteration,
         readers: SAMPLER,
         number: Some(Number::Real(|p| &mut p.alpha, (1e-3, 100.0))),
@@ -84,8 +84,8 @@ pub const PARAMETERS: [Parameter; 11] = [
         symbol: "P0",
         label: "New cluster p0",
         help: "Density p0 that a new primitive gives to any point",
-        tooltip: "p0, the density that a new primitive gives to any point. The larger, the nearer a point must \
-                  lie to a primitive to stay with it.",
+        tooltip: "Density p0 that a new primitive assigns to any point. The larger it is, the \
+             closer a point must be to a primitive to stay with it.",
         taken: Taken::Iteration,
         readers: SAMPLER,
         number: Some(Number::Real(|p| &mut p.p0, (1e-6, 10.0))),
@@ -97,7 +97,7 @@ pub const PARAMETERS: [Parameter; 11] = [
         symbol: "T",
         label: "Iterations T",
         help: "Number of Gibbs iterations T",
-        tooltip: "T, the number of Gibbs iterations of a run.",
+        tooltip: "Number of Gibbs iterations T per run.",
         taken: Taken::Iteration,
         readers: SAMPLER,
         number: Some(Number::Count(|p| &mut p.iterations, (1, 500))),
@@ -109,7 +109,7 @@ pub const PARAMETERS: [Parameter; 11] = [
         symbol: "K",
         label: "Clusters K",
         help: "Number of clusters K at the start",
-        tooltip: "K, the number of k-means clusters that a run starts with.",
+        tooltip: "Number of k-means clusters K at the start of a run.",
         taken: Taken::Start,
         readers: &[Algorithm::Sampler, Algorithm::KMeans],
         number: Some(Number::Count(|p| &mut p.clusters, (1, 500))),
@@ -121,8 +121,8 @@ pub const PARAMETERS: [Parameter; 11] = [
         symbol: "C",
         label: "Cost of a primitive",
         help: "Cost of a primitive: more gives fewer primitives with larger errors",
-        tooltip: "How much of the error a primitive has to save to be worth having, as a multiple of the \
-                  default: more gives fewer primitives with larger errors, less the other way.",
+        tooltip: "How much error a primitive must save to be kept, as a multiple of the default. \
+             Larger values give fewer primitives with larger errors.",
         taken: Taken::Merge,
         readers: SAMPLER,
         number: Some(Number::Real(|p| &mut p.primitive_cost, (0.1, 10.0))),
@@ -134,8 +134,8 @@ pub const PARAMETERS: [Parameter; 11] = [
         symbol: "W0",
         label: "Outlier prior w0",
         help: "Share of outliers that EMS expects",
-        tooltip: "w0, the share of outliers that EMS expects before it has seen a point: the larger, the nearer \
-                  a point must lie to the primitive to belong to it.",
+        tooltip: "Share of outliers w0 that EMS expects a priori. The larger it is, the closer a \
+             point must be to the primitive to belong to it.",
         taken: Taken::Step,
         readers: &[Algorithm::Ems, Algorithm::HierarchicalEms],
         number: Some(Number::Real(|p| &mut p.outlier_prior, (0.01, 0.99))),
@@ -147,7 +147,7 @@ pub const PARAMETERS: [Parameter; 11] = [
         symbol: "S",
         label: "Seed",
         help: "Seed of all random draws",
-        tooltip: "Seed of every random draw: the same seed, the same result.",
+        tooltip: "Seed of all random draws. The same seed gives the same result.",
         taken: Taken::Start,
         readers: &[Algorithm::Sampler, Algorithm::KMeans, Algorithm::HierarchicalEms],
         number: None,
@@ -159,7 +159,7 @@ pub const PARAMETERS: [Parameter; 11] = [
         symbol: "RULE",
         label: "Merging",
         help: "The test by which two primitives become one",
-        tooltip: "The test by which two primitives become one.",
+        tooltip: "How pairs of primitives are chosen for merging.",
         taken: Taken::Merge,
         readers: SAMPLER,
         number: None,
@@ -171,7 +171,7 @@ pub const PARAMETERS: [Parameter; 11] = [
         symbol: "DISTANCE",
         label: "Fit distance",
         help: "What the fit of a primitive minimises",
-        tooltip: "What the fit of a primitive minimises.",
+        tooltip: "Distance that a fit minimises.",
         taken: Taken::Fit,
         readers: ALL,
         number: None,
@@ -183,8 +183,8 @@ pub const PARAMETERS: [Parameter; 11] = [
         symbol: "BOOL",
         label: "Freeze good fits",
         help: "Freeze the points of well fitted primitives",
-        tooltip: "Points of well fitted primitives keep their label in later sweeps: faster, as in the paper, \
-                  but mistakes are kept too",
+        tooltip: "Points of well-fitted primitives keep their label in later sweeps. Faster, as in the paper, \
+             but mistakes are also kept",
         taken: Taken::Iteration,
         readers: SAMPLER,
         number: None,
@@ -196,8 +196,8 @@ pub const PARAMETERS: [Parameter; 11] = [
         symbol: "BOOL",
         label: "Refine at the end",
         help: "Refine by descent on the energy after the last iteration",
-        tooltip: "After the last iteration, assign, refit, cut, merge and remove while that lowers the energy: \
-                  two-way error plus cost of primitives",
+        tooltip: "After the last iteration, reassign, refit, cut, merge and remove for as long as that lowers \
+             the energy: two-way error plus cost of primitives",
         taken: Taken::Start,
         readers: SAMPLER,
         number: None,

@@ -1,4 +1,4 @@
-//! What can go wrong on reading and writing, said so that a person can act.
+//! Errors on reading and writing. Each message says what is wrong, where, and what to do.
 
 use std::borrow::Cow;
 use std::fmt;
@@ -33,21 +33,23 @@ impl fmt::Display for Place {
 /// Why a shape can't be read.
 #[derive(Debug, thiserror::Error)]
 pub enum ReadError {
-    #[error("can't open {path}: {}", on_reading(reason), path = path.display())]
+    #[error("cannot open {path}: {}", on_reading(reason), path = path.display())]
     Open { path: PathBuf, reason: std::io::Error },
-    #[error("{path} is not a file; give the name of a mesh or a point cloud", path = path.display())]
+    #[error("{path} is not a file; give a mesh or a point cloud", path = path.display())]
     NotAFile { path: PathBuf },
-    #[error("{path} has {bytes} bytes, more than the {limit} that can be read; thin the shape out first", path = path.display())]
+    #[error("{path} has {bytes} bytes; the limit is {limit}; reduce its size first", path = path.display())]
     TooLarge { path: PathBuf, bytes: u64, limit: u64 },
-    #[error("{path} is empty; it may not have been written to the end", path = path.display())]
+    #[error("{path} is empty; it may not have been written completely", path = path.display())]
     Empty { path: PathBuf },
-    #[error("{path} is {what}, which can't be read; {advice}", path = path.display())]
+    #[error("{path} is {what}, which cannot be read; {advice}", path = path.display())]
     Unsupported { path: PathBuf, what: &'static str, advice: &'static str },
-    #[error("{path} is a session of Superform, not a shape; open it in the window and export what you need", path = path.display())]
+    #[error("{path} is a Superform session, not a shape; open it in the window and export what \
+         you need", path = path.display())]
     Session { path: PathBuf },
-    #[error("{path} holds primitives of Superform, not a shape; load it as primitives, or open the shape that they were made from", path = path.display())]
+    #[error("{path} contains Superform primitives, not a shape; import it as primitives or open \
+         the original shape", path = path.display())]
     Primitives { path: PathBuf },
-    #[error("{path} is in no format that can be read; those are {formats}", path = path.display(), formats = FORMATS)]
+    #[error("{path} has an unknown format; supported formats are {formats}", path = path.display(), formats = FORMATS)]
     Unknown { path: PathBuf },
     #[error("{path}{at}: {problem}", path = path.display(), at = place.map(|p| format!(", {p}")).unwrap_or_default())]
     Malformed { path: PathBuf, place: Option<Place>, problem: String },
@@ -90,22 +92,26 @@ impl Fault {
 /// stood at the place is as it was.
 #[derive(Debug, thiserror::Error)]
 pub enum WriteError {
-    #[error("can't write {}: {}", target(path), on_writing(reason))]
+    #[error("cannot write {}: {}", target(path), on_writing(reason))]
     Io { path: PathBuf, reason: std::io::Error },
-    #[error("can't write {path}: there is no folder {folder}; make it, or choose another", path = path.display(), folder = folder.display())]
+    #[error("cannot write {path}: the folder {folder} does not exist; create it or choose another", path = path.display(), folder = folder.display())]
     NoFolder { path: PathBuf, folder: PathBuf },
-    #[error("can't write {path}: that would overwrite the input {input}; choose another name or folder", path = path.display(), input = input.display())]
+    #[error("cannot write {path}: this would overwrite the input {input}; choose another name or \
+         folder", path = path.display(), input = input.display())]
     IsInput { path: PathBuf, input: PathBuf },
-    #[error("can't write {path}: a folder of that name is in the way", path = path.display())]
+    #[error("cannot write {path}: a folder with this name exists", path = path.display())]
     IsAFolder { path: PathBuf },
     /// The file could be written, but can't hold what should be in it.
-    #[error("can't write {path}: {problem}", path = path.display())]
+    #[error("cannot write {path}: {problem}", path = path.display())]
     Content { path: PathBuf, problem: String },
-    #[error("can't write {path}: {format} needs a mesh, and the input is a cloud; take the segmented cloud", path = path.display())]
+    #[error("cannot write {path}: {format} needs a mesh, but the input is a point cloud; export \
+         the segmented cloud instead", path = path.display())]
     NeedsMesh { path: PathBuf, format: &'static str },
-    #[error("can't write {path}: {format} needs the shape, and there are only primitives; run the shape again", path = path.display())]
+    #[error("cannot write {path}: {format} needs the shape, but only primitives are available; \
+         run the shape again", path = path.display())]
     OnlyPrimitives { path: PathBuf, format: &'static str },
-    #[error("can't write {path}: its name tells no format; superform export --list shows those that there are", path = path.display())]
+    #[error("cannot write {path}: cannot tell the format from the name; see superform export \
+         --list", path = path.display())]
     UnknownFormat { path: PathBuf },
 }
 

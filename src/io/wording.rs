@@ -8,15 +8,15 @@ use std::io::{Error, ErrorKind};
 pub fn on_reading(error: &Error) -> String {
     let advice = match innermost(error).kind() {
         ErrorKind::NotFound => "check the name and the folder",
-        ErrorKind::PermissionDenied => "change its permissions, or copy it to where you may read it",
-        ErrorKind::IsADirectory => "name a file in it",
+        ErrorKind::PermissionDenied => "change its permissions or copy it to a readable location",
+        ErrorKind::IsADirectory => "choose a file inside it",
         ErrorKind::NotADirectory | ErrorKind::InvalidFilename | ErrorKind::InvalidInput => "check the path",
         ErrorKind::UnexpectedEof | ErrorKind::InvalidData => "copy or export it again",
-        ErrorKind::OutOfMemory => "close other programs, or thin the shape out first",
-        ErrorKind::BrokenPipe => "start what writes it again",
-        kind if is_unreachable(kind) => "see that the drive is connected, and try again",
-        kind if is_in_use(kind) => "close what uses it, and try again",
-        _ => "copy it elsewhere and try that",
+        ErrorKind::OutOfMemory => "close other programs or reduce the size of the shape first",
+        ErrorKind::BrokenPipe => "restart the program that writes it",
+        kind if is_unreachable(kind) => "check that the drive is connected and try again",
+        kind if is_in_use(kind) => "close the program that uses it and try again",
+        _ => "copy it elsewhere and try again",
     };
     format!("{}; {advice}", cause(error))
 }
@@ -24,20 +24,20 @@ pub fn on_reading(error: &Error) -> String {
 /// Why something can't be written, and what to do about it.
 pub fn on_writing(error: &Error) -> String {
     let advice = match innermost(error).kind() {
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "make room, or choose another folder",
-        ErrorKind::NotFound => "make the folder first, or choose another",
-        ErrorKind::PermissionDenied => "choose a folder that you may write to",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "free some space or choose another folder",
+        ErrorKind::NotFound => "create the folder first or choose another",
+        ErrorKind::PermissionDenied => "choose a folder with write permission",
         ErrorKind::ReadOnlyFilesystem => "choose another folder",
         ErrorKind::IsADirectory | ErrorKind::AlreadyExists | ErrorKind::DirectoryNotEmpty => {
             "choose another name"
         }
-        ErrorKind::NotADirectory => "choose another folder, or move the file away",
+        ErrorKind::NotADirectory => "choose another folder or move the file away",
         ErrorKind::InvalidFilename | ErrorKind::InvalidInput => "choose a shorter or simpler name",
-        ErrorKind::FileTooLarge => "choose another disk, or write less",
-        ErrorKind::OutOfMemory => "close other programs, and try again",
-        ErrorKind::BrokenPipe => "start what reads it again",
-        kind if is_unreachable(kind) => "see that the drive is connected, or choose another folder",
-        kind if is_in_use(kind) => "close what uses it, or choose another name",
+        ErrorKind::FileTooLarge => "choose another disk or export less",
+        ErrorKind::OutOfMemory => "close other programs and try again",
+        ErrorKind::BrokenPipe => "restart the program that reads it",
+        kind if is_unreachable(kind) => "check that the drive is connected or choose another folder",
+        kind if is_in_use(kind) => "close the program that uses it or choose another name",
         _ => "choose another folder",
     };
     format!("{}; {advice}", cause(error))
@@ -47,24 +47,24 @@ pub fn on_writing(error: &Error) -> String {
 pub fn cause(error: &Error) -> String {
     let error = innermost(error);
     let words = match error.kind() {
-        ErrorKind::NotFound => "there is no such file or folder",
+        ErrorKind::NotFound => "file or folder not found",
         ErrorKind::PermissionDenied => "permission denied",
         ErrorKind::IsADirectory => "it is a folder",
-        ErrorKind::NotADirectory => "a part of its path is a file, not a folder",
+        ErrorKind::NotADirectory => "part of its path is a file, not a folder",
         ErrorKind::DirectoryNotEmpty => "the folder is not empty",
-        ErrorKind::AlreadyExists => "something of that name is there already",
-        ErrorKind::InvalidFilename => "the name is too long, or not allowed there",
+        ErrorKind::AlreadyExists => "the name already exists",
+        ErrorKind::InvalidFilename => "the name is too long or not allowed",
         ErrorKind::StorageFull => "the disk is full",
-        ErrorKind::QuotaExceeded => "your share of the disk is used up",
-        ErrorKind::FileTooLarge => "the file is larger than its disk or a limit allows",
-        ErrorKind::ReadOnlyFilesystem => "the disk can only be read",
-        ErrorKind::OutOfMemory => "there is not enough memory",
+        ErrorKind::QuotaExceeded => "your disk quota is used up",
+        ErrorKind::FileTooLarge => "the file is larger than the file system or a limit allows",
+        ErrorKind::ReadOnlyFilesystem => "the disk is read-only",
+        ErrorKind::OutOfMemory => "not enough memory",
         ErrorKind::BrokenPipe => "the other end of the pipe was closed",
-        ErrorKind::WriteZero => "nothing more could be written",
-        ErrorKind::UnexpectedEof => "it ends too early",
-        ErrorKind::TooManyLinks => "there are too many links to it",
-        kind if is_unreachable(kind) => "its drive does not answer",
-        kind if is_in_use(kind) => "another program uses it",
+        ErrorKind::WriteZero => "no more data could be written",
+        ErrorKind::UnexpectedEof => "it ends unexpectedly",
+        ErrorKind::TooManyLinks => "it has too many links",
+        kind if is_unreachable(kind) => "its drive does not respond",
+        kind if is_in_use(kind) => "another program is using it",
         _ => return error.to_string(),
     };
     // What our own code says of it is nearer.
@@ -126,17 +126,17 @@ mod tests {
     #[test]
     fn advice_matches_the_cause() {
         for (kind, words, reading, writing) in [
-            (ErrorKind::NotFound, "no such file", "check the name", "make the folder"),
-            (ErrorKind::PermissionDenied, "permission denied", "permissions", "may write to"),
-            (ErrorKind::IsADirectory, "is a folder", "a file in it", "another name"),
+            (ErrorKind::NotFound, "file or folder not found", "check the name", "create the folder"),
+            (ErrorKind::PermissionDenied, "permission denied", "permissions", "with write permission"),
+            (ErrorKind::IsADirectory, "is a folder", "a file inside it", "another name"),
             (ErrorKind::NotADirectory, "a file, not a folder", "check the path", "move the file away"),
             (ErrorKind::InvalidFilename, "too long", "check the path", "shorter"),
-            (ErrorKind::StorageFull, "disk is full", "", "make room"),
-            (ErrorKind::QuotaExceeded, "used up", "", "make room"),
-            (ErrorKind::ReadOnlyFilesystem, "only be read", "", "another folder"),
+            (ErrorKind::StorageFull, "disk is full", "", "free some space"),
+            (ErrorKind::QuotaExceeded, "used up", "", "free some space"),
+            (ErrorKind::ReadOnlyFilesystem, "read-only", "", "another folder"),
             (ErrorKind::FileTooLarge, "larger than", "", "another disk"),
             (ErrorKind::TooManyLinks, "too many links", "", "another folder"),
-            (ErrorKind::StaleNetworkFileHandle, "does not answer", "connected", "connected"),
+            (ErrorKind::StaleNetworkFileHandle, "does not respond", "connected", "connected"),
             (ErrorKind::BrokenPipe, "pipe was closed", "", "reads it"),
             (ErrorKind::ResourceBusy, "another program", "close", "close"),
             (ErrorKind::Other, "other error", "", "another folder"),
@@ -145,7 +145,7 @@ mod tests {
             assert!(cause(&error).contains(words), "{kind:?}: {}", cause(&error));
             assert!(on_reading(&error).contains(reading), "{kind:?}: {}", on_reading(&error));
             assert!(on_writing(&error).contains(writing), "{kind:?}: {}", on_writing(&error));
-            let asks_for_room = on_writing(&error).contains("room");
+            let asks_for_room = on_writing(&error).contains("free some space");
             assert_eq!(asks_for_room, matches!(kind, ErrorKind::StorageFull | ErrorKind::QuotaExceeded));
         }
     }
@@ -157,7 +157,7 @@ mod tests {
         assert_eq!(cause(&Error::other("a picture has another size")), "a picture has another size");
         // As libraries do that name the file in the error.
         let system = Error::from_raw_os_error(if cfg!(windows) { 112 } else { 28 });
-        assert!(on_writing(&Error::other(Wrapper(system))).starts_with("the disk is full; make room"));
+        assert!(on_writing(&Error::other(Wrapper(system))).starts_with("the disk is full; free some space"));
         #[cfg(target_os = "linux")]
         assert!(on_reading(&Error::other(Wrapper(Error::from_raw_os_error(40)))).contains("symbolic links"));
     }

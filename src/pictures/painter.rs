@@ -231,11 +231,11 @@ fn told(subject: &Subject, by: ColorBy, scene: &SceneFromInput) -> Told {
     match by {
         ColorBy::OwnDistance if subject.has_labels() => {
             let distances = own_distances(samples, state, scene);
-            Told::Points(Scalar::from_zero("Distance to its own primitive", distances))
+            Told::Points(Scalar::from_zero("Distance to own primitive", distances))
         }
         ColorBy::NearestDistance if !samples.is_empty() => {
             let distances = nearest_distances(samples, state, scene);
-            Told::Points(Scalar::from_zero("Distance to the primitives", distances))
+            Told::Points(Scalar::from_zero("Distance to nearest primitive", distances))
         }
         ColorBy::SurfaceDistance => {
             let nearest = match &subject.loaded.shape.geometry {
@@ -244,7 +244,7 @@ fn told(subject: &Subject, by: ColorBy, scene: &SceneFromInput) -> Told {
             };
             nearest.map_or(Told::Nothing, |nearest| {
                 let distances = surface_distances(&state.primitives, &nearest);
-                Told::Surfaces(SurfaceScalar::from_zero("Distance to the input", distances))
+                Told::Surfaces(SurfaceScalar::from_zero("Distance to input", distances))
             })
         }
         _ => Told::Nothing,

@@ -25,11 +25,11 @@ const FORM: f64 = 1.5;
 /// Why there is no sheet.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SheetError {
-    #[error("a sheet needs something to show, and there is nothing")]
+    #[error("nothing to show on the sheet")]
     Empty,
     #[error(
-        "a sheet of {cells} cells would have {width} × {height} pixels, which is too large; make the \
-         cells smaller"
+        "a sheet of {cells} cells would have {width} × {height} pixels, which is too large; reduce the cell \
+         size"
     )]
     TooLarge { cells: usize, width: u64, height: u64 },
 }

@@ -26,9 +26,9 @@ pub enum SubjectError {
     Read(#[from] ReadError),
     #[error(transparent)]
     Session(#[from] OpenError),
-    #[error("the session has no shape; open one in it and save it again")]
+    #[error("the session contains no shape; open a shape in it and save it again")]
     EmptySession,
-    #[error("{0} has nothing to draw: no finite point, no face and no primitive")]
+    #[error("{0} contains nothing to draw: no finite points, no faces and no primitives")]
     Nothing(String),
 }
 
@@ -134,7 +134,7 @@ impl Subject {
         match assigned(&result) {
             Ok((cloud, state)) => Self::of(result.shape, cloud, Some(state), notes),
             Err(why) => {
-                notes.push(format!("the points are not told apart: {why}"));
+                notes.push(format!("points are shown without labels: {why}"));
                 let plain = Self::of_shape(result.shape);
                 Self { state: Some(state_of(&result.stored, [].into())), notes, ..plain }
             }

@@ -153,9 +153,9 @@ impl Record {
         DeflateDecoder::new(&self.stored[..])
             .take(self.length + 1)
             .read_to_end(&mut content)
-            .map_err(|_| wrong("can't be unpacked"))?;
+            .map_err(|_| wrong("cannot be decompressed"))?;
         if content.len() as u64 != self.length {
-            return Err(wrong("has not the length that is claimed"));
+            return Err(wrong("does not have its stated length"));
         }
         Ok(Cow::Owned(content))
     }
@@ -214,9 +214,9 @@ fn read_header(input: &mut impl Read, path: &Path) -> Result<(), OpenError> {
         return Err(OpenError::NotASession { path: path.to_owned() });
     }
     let damaged = |problem: &str| Fault::at(0, problem).in_file(path.to_owned());
-    let header: [u8; HEADER] = header.try_into().map_err(|_| damaged("it ends within its header"))?;
+    let header: [u8; HEADER] = header.try_into().map_err(|_| damaged("the file ends within its header"))?;
     if header[28..] != crc32fast::hash(&header[..28]).to_le_bytes() {
-        return Err(damaged("the header's checksum is wrong"));
+        return Err(damaged("the header's checksum does not match"));
     }
     let format = u16::from_le_bytes([header[14], header[15]]);
     if format > VERSION {
@@ -224,7 +224,7 @@ fn read_header(input: &mut impl Read, path: &Path) -> Result<(), OpenError> {
         return Err(OpenError::TooNew { path: path.to_owned(), format, newest: VERSION, program });
     }
     // Format 1 is the oldest.
-    if format == 0 { Err(damaged("it has no format")) } else { Ok(()) }
+    if format == 0 { Err(damaged("it has no format version")) } else { Ok(()) }
 }
 
 /// Why a record is not whole, or can't be read.
@@ -238,7 +238,7 @@ impl From<io::Error> for Trouble {
     fn from(error: io::Error) -> Self {
         // The file has become shorter since it was measured.
         if error.kind() == io::ErrorKind::UnexpectedEof {
-            Self::Fault("a record is cut off")
+            Self::Fault("a record is truncated")
         } else {
             Self::Io(error)
         }
@@ -248,7 +248,7 @@ impl From<io::Error> for Trouble {
 /// The record at byte `at` of a file of `bytes`, and where the next one begins.
 fn read_record(input: &mut impl Read, at: u64, bytes: u64) -> Result<(Record, u64), Trouble> {
     if bytes - at < FRAME as u64 {
-        return Err(Trouble::Fault("a record is cut off"));
+        return Err(Trouble::Fault("a record is truncated"));
     }
     let mut frame = [0; FRAME];
     input.read_exact(&mut frame)?;
@@ -260,7 +260,7 @@ fn read_record(input: &mut impl Read, at: u64, bytes: u64) -> Result<(Record, u6
     let (stored, length) = (number(4), number(12));
     let begin = at + FRAME as u64;
     if stored > bytes - begin {
-        return Err(Trouble::Fault("a record is cut off, or its length is wrong"));
+        return Err(Trouble::Fault("a record is truncated or its length is wrong"));
     }
     // No more than the file has.
     let mut content = Vec::with_capacity(stored as usize);
@@ -269,9 +269,9 @@ fn read_record(input: &mut impl Read, at: u64, bytes: u64) -> Result<(Record, u6
     sum.update(&frame[..CHECKED]);
     sum.update(&content);
     if content.len() as u64 != stored || frame[20..] != sum.finalize().to_le_bytes() {
-        return Err(Trouble::Fault("a record's checksum is wrong"));
+        return Err(Trouble::Fault("a record's checksum does not match"));
     }
-    let kind = Kind::of(frame[0]).ok_or(Trouble::Fault("a record is of no known kind"))?;
+    let kind = Kind::of(frame[0]).ok_or(Trouble::Fault("a record has an unknown type"))?;
     let is_deflated = frame[1] == DEFLATED;
     let fits = if is_deflated {
         length / MOST_DEFLATED <= stored && length <= most_unpacked(bytes)
@@ -279,7 +279,7 @@ fn read_record(input: &mut impl Read, at: u64, bytes: u64) -> Result<(Record, u6
         frame[1] == STORED && length == stored
     };
     if !fits {
-        return Err(Trouble::Fault("a record has a length that can't be"));
+        return Err(Trouble::Fault("a record has an impossible length"));
     }
     Ok((Record { kind, byte: at, is_deflated, length, stored: content }, begin + stored))
 }

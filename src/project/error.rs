@@ -7,15 +7,15 @@ use crate::io::on_reading;
 /// Why a session can't be opened. The present session stays as it is.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    #[error("can't open {path}: {}", on_reading(reason), path = path.display())]
+    #[error("cannot open {path}: {}", on_reading(reason), path = path.display())]
     Open { path: PathBuf, reason: std::io::Error },
-    #[error("{path} is not a file; give the name of a session (.superform)", path = path.display())]
+    #[error("{path} is not a file; give a session file (.superform)", path = path.display())]
     NotAFile { path: PathBuf },
-    #[error("{path} has {bytes} bytes, more than the {limit} that can be read", path = path.display())]
+    #[error("{path} has {bytes} bytes; the limit is {limit}", path = path.display())]
     TooLarge { path: PathBuf, bytes: u64, limit: u64 },
-    #[error("{path} is empty; it may not have been copied to the end", path = path.display())]
+    #[error("{path} is empty; it may not have been copied completely", path = path.display())]
     Empty { path: PathBuf },
-    #[error("{path} is no session of Superform; open a file that was written by Save session (.superform)", path = path.display())]
+    #[error("{path} is not a Superform session; open a file written by Save session (.superform)", path = path.display())]
     NotASession { path: PathBuf },
     #[error(
         "{path} is a session of format {format}, written by Superform {program}, and this is Superform {this}, \
@@ -23,7 +23,8 @@ pub enum OpenError {
         path = path.display(), this = env!("CARGO_PKG_VERSION"),
     )]
     TooNew { path: PathBuf, format: u16, newest: u16, program: String },
-    #[error("{path} is damaged at byte {byte}: {problem}; nothing of it can be opened, go back to a copy of it", path = path.display())]
+    #[error("{path} is damaged at byte {byte}: {problem}; nothing can be recovered from it; use a \
+         backup copy", path = path.display())]
     Damaged { path: PathBuf, byte: u64, problem: String },
 }
 

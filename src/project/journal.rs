@@ -62,7 +62,7 @@ impl Journal {
         self.open = Some(match is_large.then(|| self.rewritten(workspace)) {
             Some(Ok(smaller)) => smaller,
             Some(Err(error)) => {
-                tracing::warn!("the journal can't be written anew, and grows: {error}");
+                tracing::warn!("cannot compact the journal, it keeps growing: {error}");
                 open
             }
             None => open,

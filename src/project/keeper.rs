@@ -155,7 +155,7 @@ impl Keeper {
 
     fn flush(&mut self) {
         if !self.orders.flush() {
-            tracing::error!("the keeper's thread has ended; the session is kept no more");
+            tracing::error!("the recovery thread has ended; the session is no longer journalled");
         }
     }
 }
@@ -173,7 +173,7 @@ impl Drop for Keeper {
         if let Some(thread) = self.thread.take()
             && thread.join().is_err()
         {
-            tracing::error!("the keeper's thread ended in a panic");
+            tracing::error!("the recovery thread panicked");
         }
     }
 }
@@ -195,7 +195,7 @@ impl<F: Fn(Event)> Desk<F> {
         let Some(folder) = &self.folder else { return };
         let has_last = last_session(folder).exists();
         let orphans = Claim::orphans(folder).unwrap_or_else(|error| {
-            tracing::warn!("can't look for sessions in {}: {error}", folder.display());
+            tracing::warn!("cannot look for sessions in {}: {error}", folder.display());
             Vec::new()
         });
         let mut found = Vec::new();
@@ -208,11 +208,11 @@ impl<F: Fn(Event)> Desk<F> {
                 Ok(None) => {
                     // Its owner ended before there was anything to keep.
                     if let Err(error) = claim.remove() {
-                        tracing::warn!("an empty journal can't be removed: {error}");
+                        tracing::warn!("cannot remove an empty journal: {error}");
                     }
                 }
                 // A newer program may be able to.
-                Err(error) => tracing::warn!("a session that was left behind can't be read: {error}"),
+                Err(error) => tracing::warn!("cannot read a session left for recovery: {error}"),
             }
         }
         if has_last {
@@ -236,8 +236,8 @@ impl<F: Fn(Event)> Desk<F> {
     /// Goes on after a fault, which is told: whoever keeps work doesn't end.
     fn guarded(&mut self, work: impl FnOnce(&mut Self)) {
         if let Err(error) = caught(|| work(self)) {
-            let what = "The thread that saves and keeps sessions stopped at an unexpected fault".to_owned();
-            let error = format!("{error}; save the session under another name, and please report this");
+            let what = "The thread that saves sessions stopped after an internal error".to_owned();
+            let error = format!("{error}; save the session under another name and please report this");
             (self.tell)(Event::Failed { what, error });
         }
     }
@@ -251,14 +251,14 @@ impl<F: Fn(Event)> Desk<F> {
             }
             Order::Save(path, workspace) => match save(&path, &workspace) {
                 Ok(()) => (self.tell)(Event::Saved { path, workspace }),
-                Err(error) => self.fail("The session could not be saved", &error),
+                Err(error) => self.fail("Cannot save the session", &error),
             },
             Order::Open(origin, unsaved) => self.open(origin, unsaved.as_deref()),
             Order::Discard(id) => {
                 if let Some(claim) = self.take_orphan(id)
                     && let Err(error) = claim.remove()
                 {
-                    self.fail("The session could not be discarded", &error);
+                    self.fail("Cannot discard the session", &error);
                 }
             }
             Order::Close(unsaved) => self.set_aside(unsaved.as_deref()),
@@ -279,10 +279,10 @@ impl<F: Fn(Event)> Desk<F> {
         match kept {
             Ok(()) => self.is_failing = false,
             Err(error) => {
-                tracing::warn!("the session can't be kept: {error}");
+                tracing::warn!("cannot journal the session: {error}");
                 if !std::mem::replace(&mut self.is_failing, true) {
                     let (folder, why) = (folder.display(), cause(&error));
-                    let text = format!("{folder}: {why}; put that right, or save the session elsewhere");
+                    let text = format!("{folder}: {why}; fix this or save the session elsewhere");
                     (self.tell)(Event::NotKept(text));
                 }
             }
@@ -292,9 +292,9 @@ impl<F: Fn(Event)> Desk<F> {
 
     fn open(&mut self, origin: Origin, unsaved: Option<&Workspace>) {
         let what = match &origin {
-            Origin::File(path) => format!("{} could not be opened", path.display()),
-            Origin::Recovered(_) => "The session could not be recovered".to_owned(),
-            Origin::Last => "The last session could not be opened".to_owned(),
+            Origin::File(path) => format!("Cannot open {}", path.display()),
+            Origin::Recovered(_) => "Cannot recover the session".to_owned(),
+            Origin::Last => "Cannot open the last session".to_owned(),
         };
         let Some(path) = self.path_of(&origin) else { return };
         let opened = match reading::open(&path) {
@@ -309,7 +309,7 @@ impl<F: Fn(Event)> Desk<F> {
             && let Some(claim) = self.take_orphan(id)
             && let Err(error) = claim.remove()
         {
-            tracing::warn!("a recovered journal can't be removed: {error}");
+            tracing::warn!("cannot remove a recovered journal: {error}");
         }
         (self.tell)(Event::Opened { origin, opened: Box::new(opened) });
     }
@@ -345,7 +345,7 @@ impl<F: Fn(Event)> Desk<F> {
             _ => journal.remove(),
         };
         if let Err(error) = ended {
-            tracing::warn!("the journal can't be put aside: {error}");
+            tracing::warn!("cannot set the journal aside: {error}");
         }
     }
 }

@@ -43,8 +43,8 @@ pub fn open(path: &Path) -> Result<Opened, OpenError> {
             Ok(workspace) => {
                 let lost = |Fault { byte, problem }| {
                     format!(
-                        "The file is damaged at byte {byte} ({problem}): what was written before that was \
-                         opened, the rest is lost"
+                        "The file is damaged at byte {byte} ({problem}). Everything before that was opened; \
+                         the rest is lost"
                     )
                 };
                 return Ok(Opened { workspace, notes: fault.map(lost).into_iter().collect() });
@@ -53,7 +53,7 @@ pub fn open(path: &Path) -> Result<Opened, OpenError> {
             Err(new) => fault = fault.or(Some(new)),
         }
     }
-    Err(fault.unwrap_or_else(|| Fault::at(0, "it holds no session")).in_file(path.to_owned()))
+    Err(fault.unwrap_or_else(|| Fault::at(0, "it contains no session")).in_file(path.to_owned()))
 }
 
 /// What the session in a file comes to; `None` where the file holds none.
@@ -73,7 +73,7 @@ fn heads(records: &[Record]) -> impl Iterator<Item = &Record> {
 /// What a record holds.
 fn decoded<T: DeserializeOwned>(record: &Record) -> Result<T, Fault> {
     rmp_serde::from_slice(&record.content()?)
-        .map_err(|error| Fault::at(record.byte, format!("a {} can't be read: {error}", record.kind.name())))
+        .map_err(|error| Fault::at(record.byte, format!("a {} cannot be read: {error}", record.kind.name())))
 }
 
 /// The records of a file, and the values that were made of them.
@@ -109,7 +109,7 @@ impl<'a> Library<'a> {
     fn workspace(&mut self, record: &Record) -> Result<Workspace, Fault> {
         let head: HeadEntry<'_> = decoded(record)?;
         if !(is_counter(head.generations.0) && is_counter(head.generations.1)) {
-            return Err(Fault::at(record.byte, "a counter of the head is out of its limits"));
+            return Err(Fault::at(record.byte, "a counter in the header is out of range"));
         }
         if head.generations != self.generations {
             self.generations = head.generations;
@@ -128,7 +128,7 @@ impl<'a> Library<'a> {
         };
         let (done, undone) = (steps(head.done)?, steps(head.undone)?);
         if !head.camera.is_sound() || !head.view.is_sound() {
-            return Err(Fault::at(record.byte, "the camera or the view is out of its limits"));
+            return Err(Fault::at(record.byte, "the camera or the view is out of range"));
         }
         Ok(Workspace {
             document,
@@ -145,7 +145,7 @@ impl<'a> Library<'a> {
         let record = self.records.get(number as usize);
         record.filter(|record| record.kind == kind).ok_or_else(|| {
             let byte = record.map_or(0, |record| record.byte);
-            Fault::at(byte, format!("record {number} should be a {} and is not", kind.name()))
+            Fault::at(byte, format!("record {number} is not a {}", kind.name()))
         })
     }
 
@@ -180,17 +180,17 @@ impl<'a> Library<'a> {
         let samples = loaded.as_ref().map_or(0, |loaded| loaded.cloud.points.len());
         let selected_points = entry.selected_points.into_vec();
         if !is_ascending(&selected_points, samples) {
-            return Err(wrong("has a selected sample that is not there"));
+            return Err(wrong("selects a sample that does not exist"));
         }
         if entry.params.check().is_err() || entry.sampling.check().is_err() {
-            return Err(wrong("has a parameter that is out of its limits"));
+            return Err(wrong("has a parameter out of range"));
         }
         let document = Document {
             loaded,
             params: entry.params,
             sampling: entry.sampling,
             timeline: Timeline::from_parts(branches, entry.current, entry.shown, entry.count)
-                .ok_or_else(|| wrong("has a timeline that shows nothing"))?,
+                .ok_or_else(|| wrong("has a timeline without a shown state"))?,
             selection: entry.selection.into_owned(),
             selected_points: selected_points.into(),
             hidden: entry.hidden.into_owned(),
@@ -211,11 +211,11 @@ impl<'a> Library<'a> {
             state.abstraction.labels.len() == samples && is_ascending(&state.abstraction.pinned, samples)
         };
         if !states.iter().all(fits) {
-            return Err(wrong("has a state of another cloud"));
+            return Err(wrong("has a state of a different cloud"));
         }
         // A branch leaves an older one, at a state that both have.
         if entry.origin.is_some_and(|o| o.branch >= entry.id || o.index >= states.len()) {
-            return Err(wrong("leaves a branch at a state that is not there"));
+            return Err(wrong("starts at a state that does not exist in its parent branch"));
         }
         let branch = Branch {
             id: entry.id,
@@ -236,16 +236,16 @@ impl<'a> Library<'a> {
         let (entry, wrong) = self.read::<LoadedEntry>(number, Kind::Loaded)?;
         let (shape, cloud) = (self.shape(entry.shape)?, self.cloud(entry.cloud)?);
         if !belong_together(&shape, &cloud) {
-            return Err(wrong("has the samples of another shape"));
+            return Err(wrong("has the samples of a different shape"));
         }
         if entry.sampling.check().is_err() {
-            return Err(wrong("has a parameter that is out of its limits"));
+            return Err(wrong("has a parameter out of range"));
         }
         if normalised_scale(&cloud.points).is_none() {
-            return Err(wrong("has samples without an extent, or with one that is too large"));
+            return Err(wrong("has samples with zero or too large an extent"));
         }
         if !is_counter(entry.generation) {
-            return Err(wrong("has a counter that is out of its limits"));
+            return Err(wrong("has a counter out of range"));
         }
         let generation = self.generation(entry.generation);
         let loaded = Arc::new(LoadedShape { generation, shape, cloud, sampling: entry.sampling });

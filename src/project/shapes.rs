@@ -79,7 +79,7 @@ impl ShapeEntry<'_> {
             GeometryEntry::Mesh { vertices, faces } => {
                 let mesh = TriMesh { vertices: vertices.into_vec(), faces: faces.into_vec() };
                 if mesh.faces.iter().flatten().any(|&i| i as usize >= mesh.vertices.len()) {
-                    return Err("has a face without its corners");
+                    return Err("has a face that refers to missing vertices");
                 }
                 let count = mesh.vertices.len();
                 (ShapeGeometry::Mesh(mesh), count)
@@ -92,7 +92,7 @@ impl ShapeEntry<'_> {
             }
         };
         if !attributes.fit(count) {
-            return Err("has not one colour, normal or label a point");
+            return Err("does not have one colour, normal or label per point");
         }
         Ok(Shape {
             name: self.name.into_owned(),
@@ -128,12 +128,12 @@ impl CloudEntry<'_> {
     pub(super) fn checked(self) -> Result<SampleCloud, &'static str> {
         let points = self.points.into_vec();
         if !points.iter().all(|p| p.iter().all(|c| c.is_finite())) {
-            return Err("has a sample that is not finite");
+            return Err("has a sample with non-finite coordinates");
         }
         let sample_of_input = self.sample_of_input.map(Raw::into_vec);
         let is_sample = |&i: &u32| i == NO_SAMPLE || (i as usize) < points.len();
         if !sample_of_input.iter().flatten().all(is_sample) {
-            return Err("has an input point whose sample is not there");
+            return Err("has an input point that refers to a missing sample");
         }
         Ok(SampleCloud { points, sample_of_input, part: self.part })
     }

@@ -76,19 +76,19 @@ impl StateEntry<'_> {
         let (labels, pinned) = (self.labels.into_vec(), self.pinned.into_vec());
         let ids: BTreeSet<u32> = self.primitives.iter().map(|p| p.id).collect();
         if ids.len() != self.primitives.len() {
-            return Err("has two primitives of one id");
+            return Err("has two primitives with the same id");
         }
         if !labels.iter().all(|label| *label == UNASSIGNED || ids.contains(label)) {
-            return Err("has a label without a primitive");
+            return Err("has a label that refers to a missing primitive");
         }
         if !self.primitives.iter().all(|p| p.shape.is_valid()) {
-            return Err("has a primitive with a parameter that is not valid");
+            return Err("has a primitive with an invalid parameter");
         }
         if !is_ascending(&pinned, labels.len()) {
-            return Err("has a pinned sample that is not there");
+            return Err("pins a sample that does not exist");
         }
         if self.params.check().is_err() || self.start.check().is_err() {
-            return Err("has a parameter that is out of its limits");
+            return Err("has a parameter out of range");
         }
         let assigned = self.primitives.iter().try_fold(0usize, |sum, p| sum.checked_add(p.points));
         if assigned.is_none_or(|assigned| assigned > labels.len())
@@ -96,18 +96,18 @@ impl StateEntry<'_> {
             || ![self.generation, self.run, self.figures.clusters as u64].into_iter().all(is_counter)
             || self.iteration >= MOST_STEPS
         {
-            return Err("has a counter that is out of its limits");
+            return Err("has a counter out of range");
         }
         if self.elapsed > LONGEST {
-            return Err("has a duration that is out of its limits");
+            return Err("has a duration out of range");
         }
         let is_distance = |d: f64| d.is_finite() && d >= 0.0;
         let distances = self.primitives.iter().flat_map(|p| [p.sigma, p.mean_distance]);
         if !distances.chain([self.figures.mean_distance]).all(is_distance) {
-            return Err("has a figure that is out of its limits");
+            return Err("has a value out of range");
         }
         if self.checkpoint.check(labels.len()).is_err() {
-            return Err("has a checkpoint that no run can go on from");
+            return Err("has a checkpoint that a run cannot continue from");
         }
         let abstraction = Abstraction {
             phase: self.phase,

@@ -51,7 +51,7 @@ impl Offscreen {
     }
 
     /// Draws a frame; the pixels have straight (not premultiplied) alpha.
-    ///
+    /// unfinished jobs.
     /// # Errors
     /// Where the size can't be drawn or the driver gives no picture.
     pub fn render(&mut self, frame: &Frame) -> Result<image::RgbaImage, OffscreenError> {

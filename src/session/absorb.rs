@@ -55,7 +55,7 @@ impl Session {
             Event::MergeStep(None) => {
                 self.merges_are_exhausted = true;
                 self.dismiss_answered();
-                self.merge_text = Some("No pair is left that may be merged.".to_owned());
+                self.merge_text = Some("No more pairs to merge.".to_owned());
             }
             Event::Measuring(snapshot) => self.measuring = Some(snapshot),
             Event::Measured(measurement) => {
@@ -86,20 +86,20 @@ impl Session {
     fn absorb_end(&mut self, who: Helper, error: &str) -> Vec<Effect> {
         let (what, advice) = match who {
             Helper::Sampler => (
-                "The thread that computes has ended at an unexpected fault",
-                "Another has taken its place. All states and settings are kept; what was under way was not \
-                 finished. Run goes on from the shown state. If it happens again, save the session, and \
-                 please report it with the details, the shape and the parameters",
+                "The computation thread stopped after an internal error",
+                "It has been restarted. All states and settings are kept; only the step in progress was \
+                 lost. Press Run to continue from the shown state. If this happens again, save the session \
+                 and report the problem with the details, the shape and the parameters",
             ),
             Helper::Measurer => (
-                "The thread that measures has ended at an unexpected fault",
-                "Another has taken its place. Nothing is lost but the figures that were under way; please \
-                 report it with the details and the shape",
+                "The measuring thread stopped after an internal error",
+                "It has been restarted. Only the measurement in progress was lost. Please report the \
+                 problem with the details and the shape",
             ),
             Helper::Seeds => (
-                "The thread that runs other seeds has ended at an unexpected fault",
-                "Another has taken its place. The runs that were finished are kept; run the others again, \
-                 and please report it with the details and the shape",
+                "The thread for seed runs stopped after an internal error",
+                "It has been restarted. Finished runs are kept; start the others again. Please report the \
+                 problem with the details and the shape",
             ),
         };
         if matches!(who, Helper::Sampler | Helper::Measurer) {

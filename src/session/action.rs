@@ -287,96 +287,103 @@ macro_rules! verbs {
 
 verbs! {
     Open: File, ctrl('O'), "Open…", "Open a mesh or a point cloud (OBJ, PLY, STL, OFF, glTF, PCD, LAS, NPY, XYZ …), a result or a session";
-    OpenBuiltIn: File, None, "Open built-in shape", "Open the shape that comes with the program";
+    OpenBuiltIn: File, None, "Open built-in shape", "Open the shape included with the program";
     SaveSession: File, ctrl('S'), "Save session",
-        "Write all of this to one file: shape, parameters, every state and branch, undo history and view";
-    SaveSessionAs: File, ctrl_shift('S'), "Save session as…", "Write the session to another file, and go on in that";
-    ReopenLast: File, None, "Reopen last session", "Open what was unsaved when the window was closed last";
+        "Save everything to one file: shape, parameters, all states and branches, undo history and view";
+    SaveSessionAs: File, ctrl_shift('S'), "Save session as…", "Save the session to another file \
+         and continue with that file";
+    ReopenLast: File, None, "Reopen last session", "Open the unsaved session from the last time \
+         the window was closed";
     Export: File, ctrl('E'), "Export…",
-        "Write the segmented cloud or mesh, the primitives' parameters or bodies: choose a format";
-    ExportAgain: File, ctrl_shift('E'), "Export again", "Write the file of this shape's last export anew, as it was chosen then";
-    CopyPrimitives: File, ctrl('C'), "Copy primitives", "Put the parameters of all primitives into the clipboard, as JSON";
+        "Export the segmented cloud or mesh, or the primitives as parameters or meshes";
+    ExportAgain: File, ctrl_shift('E'), "Export again", "Repeat this shape's last export with the \
+         same file and options";
+    CopyPrimitives: File, ctrl('C'), "Copy primitives", "Copy the parameters of all primitives to \
+         the clipboard as JSON";
     CopyCsv: File, None, "Copy primitives as CSV",
-        "Put the parameters of all primitives into the clipboard, a line of 13 numbers each";
+        "Copy the parameters of all primitives to the clipboard, one line of 13 numbers each";
     PastePrimitives: File, ctrl('V'), "Paste primitives",
-        "Take the primitives in the clipboard (JSON or CSV) in place of the shown ones";
-    TakeFrom: File, ctrl('I'), "Bring in primitives…",
-        "Take the primitives of a file (JSON, NPZ or CSV) in place of the shown ones: the points stay";
-    SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save what the window shows (PNG)";
-    ClearRecent: File, None, "Forget recent files", "Empty the list of files that were open before";
+        "Replace the shown primitives with those in the clipboard (JSON or CSV)";
+    TakeFrom: File, ctrl('I'), "Import primitives…",
+        "Replace the shown primitives with those in a file (JSON, NPZ or CSV); the points are kept";
+    SaveScreenshot: File, plain(Key::Function(12)), "Save screenshot…", "Save an image of the window (PNG)";
+    ClearRecent: File, None, "Clear recent files", "Clear the list of recently opened files";
     SavePicture: File, shift(Key::Function(12)), "Save picture…",
-        "Save the 3D view alone, at any size and also without a background (PNG)";
+        "Save an image of the 3D view at any size, optionally with a transparent background (PNG)";
     SaveTurntable: File, None, "Save turntable…",
-        "Save the 3D view once around the shape, as a GIF or as numbered PNG pictures";
+        "Save a full turn around the shape as a GIF or as numbered PNG files";
     Quit: File, ctrl('Q'), "Quit", "Close the window";
 
-    Undo: Edit, ctrl('Z'), "Undo", "Take back the last change, whatever it was";
-    Redo: Edit, ctrl_shift('Z'), "Redo", "Make the change again that was taken back last";
+    Undo: Edit, ctrl('Z'), "Undo", "Undo the last change";
+    Redo: Edit, ctrl_shift('Z'), "Redo", "Redo the last undone change";
     MergeSelected: Edit, plain(Key::Char('J')), "Merge selected",
-        "Join the selected primitives in one, fitted to all their points, whatever the test says";
-    JudgeMerge: Edit, shift(Key::Char('J')), "Judge this merge…",
-        "Fit one primitive to the two selected, and show what the test says of it";
-    SplitSelected: Edit, plain(Key::Char('D')), "Split", "Divide the selected primitive in two and fit both";
-    DeleteSelected: Edit, plain(Key::Delete), "Delete", "Remove the selected primitives; their points stay without one";
-    RefitSelected: Edit, plain(Key::Char('U')), "Refit", "Fit the selected primitive to its points anew";
+        "Merge the selected primitives into one, fitted to all their points, regardless of the merge test";
+    JudgeMerge: Edit, shift(Key::Char('J')), "Test this merge…",
+        "Fit one primitive to the two selected ones and show the result of the merge test";
+    SplitSelected: Edit, plain(Key::Char('D')), "Split", "Split the selected primitive into two and fit both";
+    DeleteSelected: Edit, plain(Key::Delete), "Delete", "Delete the selected primitives; their \
+         points become unassigned";
+    RefitSelected: Edit, plain(Key::Char('U')), "Refit", "Fit the selected primitive to its points again";
     LockSelected: Edit, plain(Key::Char('K')), "Lock or unlock",
-        "The sampler leaves locked primitives and their points alone, also when the run starts over";
-    DropShape: Edit, plain(Key::Escape), "Cancel the change",
-        "Give the primitive that is being dragged its shape back";
-    HandlesMove: Edit, plain(Key::Char('V')), "Move by handles",
-        "Show arrows on the selected primitive that move it; Ctrl snaps, Esc gives it back";
-    HandlesRotate: Edit, plain(Key::Char('Q')), "Rotate by handles",
-        "Show rings on the selected primitive that turn it; Ctrl snaps to 15°, Esc gives it back";
-    HandlesScale: Edit, plain(Key::Char('X')), "Scale by handles",
-        "Show knobs on the selected primitive that change its semi-axes; Ctrl snaps, Esc gives them back";
-    HandlesTaper: Edit, shift(Key::Char('T')), "Taper by handles",
-        "Show knobs at the selected primitive's top that taper it; Ctrl snaps, Esc gives it back";
-    HandlesRoundness: Edit, plain(Key::Char('O')), "Round by handles",
-        "Show knobs on the selected primitive that change its exponents ε1 and ε2; Ctrl snaps, Esc gives them back";
+        "The sampler does not change locked primitives or their points, even when the run restarts";
+    DropShape: Edit, plain(Key::Escape), "Cancel change",
+        "Restore the primitive that is being dragged";
+    HandlesMove: Edit, plain(Key::Char('V')), "Move with handles",
+        "Show arrows that move the selected primitive; Ctrl snaps, Esc cancels";
+    HandlesRotate: Edit, plain(Key::Char('Q')), "Rotate with handles",
+        "Show rings that rotate the selected primitive; Ctrl snaps to 15°, Esc cancels";
+    HandlesScale: Edit, plain(Key::Char('X')), "Scale with handles",
+        "Show handles that change the semi-axes of the selected primitive; Ctrl snaps, Esc cancels";
+    HandlesTaper: Edit, shift(Key::Char('T')), "Taper with handles",
+        "Show handles that taper the selected primitive; Ctrl snaps, Esc cancels";
+    HandlesRoundness: Edit, plain(Key::Char('O')), "Round with handles",
+        "Show handles that change the exponents ε1 and ε2 of the selected primitive; Ctrl snaps, Esc cancels";
     NewCluster: Edit, plain(Key::Char('C')), "New cluster from points",
-        "Make the selected points a cluster of their own, with a primitive fitted to them";
-    BelongTogether: Edit, plain(Key::Char('G')), "These belong together",
-        "Put the selected points in one cluster and pin them there";
-    ReleasePoints: Edit, shift(Key::Char('G')), "Release pinned points",
-        "Let the sampler choose again for the selected points, or for all pinned ones if none is selected";
+        "Move the selected points to a new cluster and fit a primitive to them";
+    BelongTogether: Edit, plain(Key::Char('G')), "Pin to one cluster",
+        "Assign the selected points to one cluster and pin them to it";
+    ReleasePoints: Edit, shift(Key::Char('G')), "Unpin points",
+        "Let the sampler reassign the selected points, or all pinned points if none are selected";
 
-    Run: Run, plain(Key::Space), "Run", "Iterate until the run is finished; a finished run, or another method, starts anew";
-    Pause: Run, plain(Key::Space), "Pause", "Stop at once, also in the middle of an iteration; nothing is lost";
+    Run: Run, plain(Key::Space), "Run", "Iterate until the run finishes. A finished run, or a \
+         changed method, restarts";
+    Pause: Run, plain(Key::Space), "Pause", "Stop immediately, even in the middle of an \
+         iteration; nothing is lost";
     StepIteration: Run, plain(Key::Char('N')), "Step iteration",
-        "Make one Gibbs iteration, or the next step of a method without iterations";
+        "Run one Gibbs iteration, or the next step of a method without iterations";
     StepMerge: Run, plain(Key::Char('M')), "Step merge",
-        "Propose the best pair of primitives to merge, with the numbers of the test; then accept or skip it";
-    AcceptMerge: Run, plain(Key::Enter), "Accept", "Make the proposed merge and look for the next";
-    SkipMerge: Run, plain(Key::Char('S')), "Skip", "Leave this pair apart and look for the next";
+        "Propose the best pair of primitives to merge and show the merge test; then accept or skip";
+    AcceptMerge: Run, plain(Key::Enter), "Accept", "Accept the proposed merge and look for the next";
+    SkipMerge: Run, plain(Key::Char('S')), "Skip", "Keep this pair separate and look for the next";
     DropMerge: Run, plain(Key::Escape), "Stop merging",
-        "Leave the merge that is proposed and propose no other";
+        "Discard the proposed merge and stop proposing merges";
     MergeAll: Run, shift(Key::Char('M')), "Merge all",
-        "Merge pair after pair until no pair may be merged";
-    Reset: Run, plain(Key::Backspace), "Reset", "Back to the start, with the present parameters and seed";
+        "Merge pairs until no more pairs can be merged";
+    Reset: Run, plain(Key::Backspace), "Reset", "Restart with the current parameters and seed";
     ToggleLive: Run, plain(Key::Char('R')), "Live",
-        "Make the whole run anew at every change of a parameter, as fast as it goes; the last result stays until \
-         the next is there";
+        "Start a new run whenever a parameter changes, at full speed; the last result stays visible until \
+         the new one is ready";
     Continue: Run, shift(Key::Space), "Continue sampling",
-        "Go on from this finished state, with whatever was changed by hand, for T further iterations";
+        "Continue from this finished state, including manual edits, for another T iterations";
     RunSeeds: Run, shift(Key::Char('R')), "Run 8 seeds",
-        "Make the whole run with this seed and the seven after it, in the background, with the present parameters \
-         and samples; then take the best";
-    StopSeeds: Run, None, "Stop the seeds", "Make no further runs with other seeds; what is finished stays";
-    Resample: Run, None, "Sample again", "Sample the shape with these settings and start over";
+        "Run this seed and the next seven in the background with the current parameters and samples, to \
+         choose the best";
+    StopSeeds: Run, None, "Stop seed runs", "Stop running other seeds; finished runs are kept";
+    Resample: Run, None, "Resample", "Sample the shape with these settings and restart the run";
 
-    FirstState: Timeline, shift(Key::Left), "First state", "Show the start of this branch";
-    PreviousState: Timeline, plain(Key::Left), "Previous state", "Show the state one step earlier";
-    NextState: Timeline, plain(Key::Right), "Next state", "Show the state one step later";
-    LastState: Timeline, shift(Key::Right), "Last state", "Show the newest state of this branch";
-    Play: Timeline, plain(Key::Char('T')), "Play", "Show the states of this branch one after the other";
-    StopPlaying: Timeline, plain(Key::Char('T')), "Stop playing", "Stay at the shown state";
-    ToggleLoop: Timeline, None, "Loop", "Begin again at the start when the last state has been shown";
+    FirstState: Timeline, shift(Key::Left), "First state", "Show the first state of this branch";
+    PreviousState: Timeline, plain(Key::Left), "Previous state", "Show the previous state";
+    NextState: Timeline, plain(Key::Right), "Next state", "Show the next state";
+    LastState: Timeline, shift(Key::Right), "Last state", "Show the latest state of this branch";
+    Play: Timeline, plain(Key::Char('T')), "Play", "Play the states of this branch in order";
+    StopPlaying: Timeline, plain(Key::Char('T')), "Stop playback", "Stop at the shown state";
+    ToggleLoop: Timeline, None, "Loop", "Start again from the first state after the last";
     ContinueHere: Timeline, ctrl('B'), "Continue from here",
-        "Run on from the shown state, as a branch of its own; the later states stay in theirs";
+        "Continue the run from the shown state in a new branch; later states stay in the old branch";
 
     FrameSelection: View, plain(Key::Char('F')), "Frame selection",
-        "Move the camera so that the selected primitives fill the view";
-    FrameAll: View, plain(Key::Home), "Frame all", "Move the camera so that the whole shape fills the view";
+        "Fit the selected primitives in the view";
+    FrameAll: View, plain(Key::Home), "Frame all", "Fit the whole shape in the view";
     ViewFront: View, plain(Key::Char('1')), "Front", "Look from the front";
     ViewBack: View, ctrl('1'), "Back", "Look from behind";
     ViewRight: View, plain(Key::Char('3')), "Right", "Look from the right";
@@ -384,39 +391,43 @@ verbs! {
     ViewTop: View, plain(Key::Char('7')), "Top", "Look from above";
     ViewBottom: View, ctrl('7'), "Bottom", "Look from below";
     ToggleOrthographic: View, plain(Key::Char('5')), "Orthographic",
-        "Parallel projection instead of perspective";
-    ToolClick: View, plain(Key::Char('W')), "Click select", "Left drag orbits, a click selects";
+        "Use parallel instead of perspective projection";
+    ToolClick: View, plain(Key::Char('W')), "Click select", "Drag to orbit, click to select";
     ToolBox: View, plain(Key::Char('B')), "Box select",
-        "Left drag draws a box and selects what is in it; Shift adds, Ctrl takes away, Alt orbits, Esc ends";
+        "Drag a box around what to select; Shift adds, Ctrl removes, Alt orbits, Esc leaves the tool";
     ToolLasso: View, Some(Shortcut { ctrl: false, shift: true, alt: false, key: Key::Char('B') }), "Lasso select",
-        "Left drag goes around what is to be selected; Shift adds, Ctrl takes away, Alt orbits, Esc ends";
+        "Draw around what to select; Shift adds, Ctrl removes, Alt orbits, Esc leaves the tool";
     TogglePicks: View, plain(Key::Char('P')), "Select points",
-        "Clicks, boxes and lassos select single points instead of primitives";
-    Deselect: View, plain(Key::Escape), "Deselect", "Select nothing";
+        "Clicks, boxes and lassos select points instead of primitives";
+    Deselect: View, plain(Key::Escape), "Deselect", "Clear the selection";
     HideSelected: View, plain(Key::Char('H')), "Hide selected", "Hide the selected primitives";
     ShowAll: View, Some(Shortcut { ctrl: false, shift: false, alt: true, key: Key::Char('H') }),
         "Show all primitives", "Show the hidden primitives again";
-    ShowSeeds: View, None, "Seeds", "Runs that differ in their seed alone, side by side";
-    ShowOdds: View, plain(Key::Char('E')), "Explain the point",
-        "Show the odds of each table for the point under the pointer: what the sampler draws its label from";
+    ShowSeeds: View, None, "Seeds", "Compare runs that differ only in their seed";
+    ShowOdds: View, plain(Key::Char('E')), "Explain point",
+        "Show the odds of each table for the point under the pointer, from which the sampler draws its label";
 
-    ToggleLeftPanel: Window, plain(Key::Function(2)), "Left panel", "Show or hide the shape, the run and its parameters";
-    ToggleRightPanel: Window, plain(Key::Function(3)), "Right panel", "Show or hide the list of primitives and the numbers of the selected one";
-    ToggleBottomPanel: Window, plain(Key::Function(4)), "Bottom panel", "Show or hide the timeline, the branches, the curves and the figures";
-    ToggleLog: Window, plain(Key::Char('L')), "Log", "Everything that happened, newest first";
-    ClearLog: Window, None, "Clear log", "Empty the log";
-    ZoomIn: Window, ctrl('+'), "Larger", "Draw the whole interface larger";
-    ZoomOut: Window, ctrl('-'), "Smaller", "Draw the whole interface smaller";
-    ZoomReset: Window, ctrl('0'), "Usual size", "Draw the interface at 100 %";
-    ThemeSystem: Window, None, "System theme", "Light or dark as the system says";
-    ThemeLight: Window, None, "Light theme", "Always light";
-    ThemeDark: Window, None, "Dark theme", "Always dark";
+    ToggleLeftPanel: Window, plain(Key::Function(2)), "Left panel", "Show or hide the shape, run \
+         and parameters";
+    ToggleRightPanel: Window, plain(Key::Function(3)), "Right panel", "Show or hide the list of \
+         primitives and the inspector";
+    ToggleBottomPanel: Window, plain(Key::Function(4)), "Bottom panel", "Show or hide the \
+         timeline, branches, curves and metrics";
+    ToggleLog: Window, plain(Key::Char('L')), "Log", "Show all messages, newest first";
+    ClearLog: Window, None, "Clear log", "Clear the log";
+    ZoomIn: Window, ctrl('+'), "Larger", "Make the interface larger";
+    ZoomOut: Window, ctrl('-'), "Smaller", "Make the interface smaller";
+    ZoomReset: Window, ctrl('0'), "Default size", "Set the interface to 100 %";
+    ThemeSystem: Window, None, "System theme", "Follow the system's light or dark theme";
+    ThemeLight: Window, None, "Light theme", "Use the light theme";
+    ThemeDark: Window, None, "Dark theme", "Use the dark theme";
     ResetLayout: Window, None, "Reset layout",
-        "Panels, sizes and theme as on the first start; recent files stay";
+        "Restore the default panels, sizes and theme; recent files are kept";
 
-    ShowCommands: Help, ctrl_shift('P'), "All commands…", "Find any command by its name and run it";
-    ShowShortcuts: Help, plain(Key::Function(1)), "Keyboard and mouse", "What keys and mouse do";
-    ShowAbout: Help, None, "About Superform", "Version, licence and the paper";
+    ShowCommands: Help, ctrl_shift('P'), "All commands…", "Find and run any command by name";
+    ShowShortcuts: Help, plain(Key::Function(1)), "Keyboard and mouse", "Show keyboard shortcuts \
+         and mouse controls";
+    ShowAbout: Help, None, "About Superform", "Version, licence and paper";
 }
 
 /// Further shortcuts of some verbs.
@@ -460,21 +471,21 @@ impl From<ThemeChoice> for Verb {
 pub const MOUSE: &[(&str, &str)] = &[
     ("Left drag", "Orbit"),
     ("Right or middle drag", "Pan"),
-    ("Wheel", "Zoom to the cursor"),
-    ("Click", "Select a primitive or the primitive of a point, and explain that point"),
+    ("Wheel", "Zoom at the pointer"),
+    ("Click", "Select a primitive. On a point: select its primitive and explain the point"),
     ("Shift+click", "Add to the selection"),
-    ("Ctrl+click", "Take out of the selection"),
-    ("Alt+left drag", "Orbit, with any tool"),
-    ("Double-click", "Orbit around that place"),
+    ("Ctrl+click", "Remove from the selection"),
+    ("Alt+left drag", "Orbit with any tool"),
+    ("Double-click", "Set the orbit centre"),
     ("Drop a file", "Open it"),
 ];
 
 /// What keys do everywhere, for the help page.
 pub const EVERYWHERE: &[(&str, &str)] = &[
-    ("Tab, Shift+Tab", "To the next or the last control"),
-    ("Enter or Space", "Press the control that has the focus"),
-    ("Arrow keys", "Turn the slider that has the focus"),
-    ("Esc", "Close what is open, then deselect"),
+    ("Tab, Shift+Tab", "Move to the next or previous control"),
+    ("Enter or Space", "Press the focused control"),
+    ("Arrow keys", "Change the focused slider"),
+    ("Esc", "Close open panels and dialogs, then clear the selection"),
 ];
 
 #[cfg(test)]

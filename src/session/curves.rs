@@ -26,18 +26,19 @@ impl Curve {
 
     pub fn tooltip(self) -> &'static str {
         match self {
-            Self::Clusters => "Number of primitives, the paper's K",
+            Self::Clusters => "Number of primitives, K in the paper",
             Self::MeanError => {
                 "Mean distance of the assigned samples to their primitive, in the file's units"
             }
             Self::LogJoint => {
-                "Log of the joint density of points and labels given the primitives, log p(X, z | θ), in nats: \
-                 what the sampler climbs. Only states of the same shape and samples compare"
+                "Log of the joint density of points and labels given the primitives, log p(X, z | θ), in \
+                 nats. The sampler tends to increase it. Comparable only between states of the same shape \
+                 and samples"
             }
             Self::Chamfer => {
-                "Mean of accuracy and completeness: how far primitives and input are apart, in units of the \
-                 longest edge of the input's box. The line is a rough estimate, made while nothing else is to \
-                 be done; dots are measured"
+                "Mean of accuracy and completeness: how far apart primitives and input are, in units of the \
+                 longest edge of the input's bounding box. The line is a rough estimate computed in idle \
+                 time; dots are measured"
             }
         }
     }

@@ -51,36 +51,28 @@ impl Session {
 fn sentence(occurrence: &Occurrence) -> Option<String> {
     let points = |n: usize| if n == 1 { "1 point".to_owned() } else { format!("{} points", grouped(n)) };
     Some(match occurrence {
-        Occurrence::Refitted { id } => format!("Primitive {id} was fitted to its points"),
+        Occurrence::Refitted { id } => format!("Primitive {id} refitted to its points"),
         Occurrence::Locked { id } => {
-            format!("Primitive {id} is locked: the sampler leaves it and its points alone")
+            format!("Primitive {id} locked: the sampler will not change it or its points")
         }
-        Occurrence::Unlocked { id } => format!("Primitive {id} is unlocked"),
+        Occurrence::Unlocked { id } => format!("Primitive {id} unlocked"),
         Occurrence::Joined { ids, into } => {
             let ids: Vec<String> = ids.iter().map(u32::to_string).collect();
             let (last, first) = ids.split_last()?;
-            format!("Primitives {} and {last} became {into}", first.join(", "))
+            format!("Primitives {} and {last} merged into {into}", first.join(", "))
         }
-        Occurrence::Halved { id, into } => format!("Primitive {id} was split in {id} and {into}"),
+        Occurrence::Halved { id, into } => format!("Primitive {id} split into {id} and {into}"),
         Occurrence::Deleted { id, points: n } => {
-            format!("Primitive {id} was deleted; {} without a primitive", is_now(*n))
+            format!("Primitive {id} deleted; {} now unassigned", points(*n))
         }
-        Occurrence::Created { id, points: n } => format!("{} became primitive {id}", points(*n)),
-        Occurrence::Pinned { id, points: n } => format!("{} stay with primitive {id} now", points(*n)),
-        Occurrence::Released { points: n } => format!("{} may change their primitive again", points(*n)),
+        Occurrence::Created { id, points: n } => format!("Primitive {id} created from {}", points(*n)),
+        Occurrence::Pinned { id, points: n } => format!("{} pinned to primitive {id}", points(*n)),
+        Occurrence::Released { points: n } => format!("{} unpinned", points(*n)),
         Occurrence::Taken { primitives: n } => {
-            format!("{n} {} brought in", if *n == 1 { "primitive was" } else { "primitives were" })
+            format!("{n} {} imported", if *n == 1 { "primitive" } else { "primitives" })
         }
         _ => return None,
     })
-}
-
-fn is_now(n: usize) -> String {
-    match n {
-        0 => "no point is now".to_owned(),
-        1 => "1 point is now".to_owned(),
-        n => format!("{} points are now", grouped(n)),
-    }
 }
 
 #[cfg(test)]
@@ -90,14 +82,14 @@ mod tests {
     #[test]
     fn edits_are_told_in_words() {
         let told = |occurrence: Occurrence| sentence(&occurrence).unwrap_or_default();
-        assert_eq!(told(Occurrence::Created { id: 17, points: 41 }), "41 points became primitive 17");
+        assert_eq!(told(Occurrence::Created { id: 17, points: 41 }), "Primitive 17 created from 41 points");
         assert_eq!(
             told(Occurrence::Joined { ids: vec![3, 5, 9], into: 5 }),
-            "Primitives 3, 5 and 9 became 5"
+            "Primitives 3, 5 and 9 merged into 5"
         );
         assert_eq!(
             told(Occurrence::Deleted { id: 2, points: 1200 }),
-            "Primitive 2 was deleted; 1,200 points are now without a primitive"
+            "Primitive 2 deleted; 1,200 points now unassigned"
         );
         assert_eq!(told(Occurrence::Died { id: 3 }), "");
     }

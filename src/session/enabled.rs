@@ -147,12 +147,11 @@ impl Session {
                     | Verb::RefitSelected
                     | Verb::DeleteSelected
             );
-            return (changes_shapes && self.holds_locked())
-                .then_some("A locked primitive stays as it is; unlock it first");
+            return (changes_shapes && self.holds_locked()).then_some("Unlock the primitive first");
         }
         match verb {
             Verb::StepMerge | Verb::MergeAll => {
-                Some("Only the sampler merges; the method of this run has nothing to judge a merge by")
+                Some("The method of this run has no merging; only the sampler merges")
             }
             verb if verb.is_edit()
                 || matches!(
@@ -160,7 +159,7 @@ impl Session {
                     Verb::Continue | Verb::JudgeMerge | Verb::PastePrimitives | Verb::TakeFrom
                 ) =>
             {
-                Some("Only the sampler's states can be changed by hand; choose that method and run")
+                Some("Only states of the sampler can be edited. Choose a sampler method and run")
             }
             _ => None,
         }

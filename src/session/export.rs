@@ -30,10 +30,10 @@ impl Session {
         let is_cloud = |s: &io::Shape| matches!(s.geometry, ShapeGeometry::Cloud(_));
         let loaded = self.loaded.as_ref();
         if format.needs_mesh() && loaded.is_some_and(|l| is_cloud(&l.shape)) {
-            return Some("The shape is a cloud; a segmented mesh needs a mesh");
+            return Some("The input is a point cloud; a segmented mesh needs a mesh");
         }
         let needs_primitives = !matches!(format.kind(), Kind::Cloud | Kind::Mesh);
-        (needs_primitives && self.primitives().is_empty()).then_some("There are no primitives")
+        (needs_primitives && self.primitives().is_empty()).then_some("No primitives")
     }
 
     /// About how many bytes the shown state takes in a format.
@@ -92,7 +92,7 @@ impl Session {
         open.into_iter().for_each(|path| inputs.add(path));
         let checked = inputs.check(outputs);
         if let Err(error) = &checked {
-            self.fail(format!("{} could not be written", path.display()), &error.to_string());
+            self.fail(format!("Cannot write {}", path.display()), &error.to_string());
         }
         checked.is_ok()
     }
@@ -108,7 +108,7 @@ impl Session {
         match text {
             None => Vec::new(),
             Some(Err(error)) => {
-                self.fail("The primitives could not be copied".to_owned(), &error.to_string());
+                self.fail("Cannot copy the primitives".to_owned(), &error.to_string());
                 Vec::new()
             }
             Some(Ok(text)) => {
@@ -126,7 +126,7 @@ impl Session {
         match io::parse_primitives(text.as_bytes(), Path::new("the clipboard"), None) {
             Ok(stored) => self.edit(vec![stored.brought_in()]),
             Err(error) => {
-                self.fail("There are no primitives to paste".to_owned(), &error.to_string());
+                self.fail("Cannot paste primitives".to_owned(), &error.to_string());
                 Vec::new()
             }
         }

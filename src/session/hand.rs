@@ -154,14 +154,14 @@ impl Session {
                 Verb::AcceptMerge => step(MERGE),
                 _ => None,
             },
-            Action::TakeFrom(_) | Action::Paste(_) => step("Bring in primitives"),
+            Action::TakeFrom(_) | Action::Paste(_) => step("Import primitives"),
             Action::OpenFile(path) => {
                 let name = path.file_name().map_or_else(String::new, |n| n.to_string_lossy().into_owned());
                 step(&format!("Open {name}"))
             }
             Action::RunAsSet => step(Verb::Run.entry().text),
             Action::SetParams(_) => Some(Undoable::Gesture("Change parameters".to_owned())),
-            Action::SetSampling(_) => Some(Undoable::Gesture("Change the sampling".to_owned())),
+            Action::SetSampling(_) => Some(Undoable::Gesture("Change sampling".to_owned())),
             Action::SetMethod(method) => step(&format!("Choose {}", method.name())),
             Action::Edit(edit @ Edit::SetShape { .. }) => Some(Undoable::Gesture(name_of(edit))),
             Action::Edit(edit) => Some(Undoable::Step(name_of(edit))),
@@ -169,9 +169,9 @@ impl Session {
             Action::Select(_) | Action::ToggleSelected(_) | Action::SelectPrimitives { .. } => step("Select"),
             Action::SelectPoints { .. } => step("Select points"),
             Action::SetPrimitiveVisible(..) => step("Show or hide"),
-            Action::TakeSeed(seed) => step(&format!("Take seed {seed}")),
-            Action::RenameBranch(..) => step("Rename the branch"),
-            Action::RemoveBranch(_) => step("Remove the branch"),
+            Action::TakeSeed(seed) => step(&format!("Open seed {seed}")),
+            Action::RenameBranch(..) => step("Rename branch"),
+            Action::RemoveBranch(_) => step("Remove branch"),
             _ => None,
         }
     }
@@ -182,7 +182,7 @@ impl Session {
         }
         let now = self.document();
         match self.undo.undo(&now) {
-            Some(step) => self.restore(&step, "Undid"),
+            Some(step) => self.restore(&step, "Undone"),
             None => Vec::new(),
         }
     }
@@ -190,7 +190,7 @@ impl Session {
     pub(super) fn redo_step(&mut self) -> Vec<Effect> {
         let now = self.document();
         match self.undo.redo(&now) {
-            Some(step) => self.restore(&step, "Did again"),
+            Some(step) => self.restore(&step, "Redone"),
             None => Vec::new(),
         }
     }
@@ -248,16 +248,16 @@ fn shape(loaded: &Arc<LoadedShape>) -> &Arc<Shape> {
 /// What an edit is called.
 fn name_of(edit: &Edit) -> String {
     match edit {
-        Edit::SetShape { id, .. } => format!("Change the shape of {id}"),
-        Edit::Refit { id } => format!("Refit {id}"),
+        Edit::SetShape { id, .. } => format!("Reshape primitive {id}"),
+        Edit::Refit { id } => format!("Refit primitive {id}"),
         Edit::Lock { locked: true, .. } => "Lock".to_owned(),
         Edit::Lock { locked: false, .. } => "Unlock".to_owned(),
         Edit::Merge { .. } | Edit::AcceptMerge { .. } => "Merge".to_owned(),
-        Edit::Split { id } => format!("Split {id}"),
+        Edit::Split { id } => format!("Split primitive {id}"),
         Edit::Delete { .. } => "Delete".to_owned(),
         Edit::NewCluster { .. } => "New cluster".to_owned(),
-        Edit::Together { .. } => "These belong together".to_owned(),
-        Edit::Release { .. } => "Release pinned points".to_owned(),
-        Edit::Take { .. } => "Bring in primitives".to_owned(),
+        Edit::Together { .. } => "Pin to one cluster".to_owned(),
+        Edit::Release { .. } => "Unpin points".to_owned(),
+        Edit::Take { .. } => "Import primitives".to_owned(),
     }
 }

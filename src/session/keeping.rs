@@ -236,7 +236,7 @@ impl Session {
             KeepingEvent::Kept => self.keeping.is_kept = true,
             KeepingEvent::NotKept(error) => {
                 self.keeping.is_kept = false;
-                self.messages.push(Level::Error, "The session can't be kept for the case of a crash", error);
+                self.messages.push(Level::Error, "Crash recovery is not available for this session", error);
             }
             KeepingEvent::Saved { path, workspace } => {
                 self.messages.dismiss_errors();
@@ -251,11 +251,11 @@ impl Session {
             }
             KeepingEvent::Opened { from, workspace, notes } => {
                 let name =
-                    workspace.document.loaded.as_ref().map_or("the session", |l| l.shape.name.as_str());
+                    workspace.document.loaded.as_ref().map_or("an unnamed shape", |l| l.shape.name.as_str());
                 self.messages.dismiss_errors();
-                self.messages.push(Level::Note, format!("Opened {name} as it was left"), "");
+                self.messages.push(Level::Note, format!("Opened the session of {name}"), "");
                 for note in notes {
-                    self.messages.push(Level::Error, "The session is not complete", note);
+                    self.messages.push(Level::Error, "The session is incomplete", note);
                 }
                 self.keeping.saved = match from {
                     Opening::File(path) => {

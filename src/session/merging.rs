@@ -53,9 +53,9 @@ impl Session {
             }
         } else {
             let text = if self.skipped.is_empty() {
-                "No two primitives lie near enough to be merged."
+                "No two primitives are close enough to merge."
             } else {
-                "All other pairs have been looked at."
+                "No other pairs to propose."
             };
             self.merge_text = Some(text.to_owned());
             self.messages.push(Level::Detail, text, "");
@@ -103,7 +103,7 @@ impl Session {
                 let step = self.undo.undo(&now)?;
                 self.decisions.pop();
                 let kept = (std::mem::take(&mut self.skipped), std::mem::take(&mut self.decisions));
-                let mut effects = self.restore(&step, "Undid");
+                let mut effects = self.restore(&step, "Undone");
                 (self.skipped, self.decisions) = kept;
                 effects.extend(self.propose(None));
                 Some(effects)

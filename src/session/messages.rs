@@ -222,31 +222,31 @@ pub fn of_step(snapshot: &Snapshot) -> Option<String> {
         .occurrences
         .iter()
         .map(|occurrence| match occurrence {
-            Occurrence::Born { id, points } => format!("{id} was born with {points} points"),
+            Occurrence::Born { id, points } => format!("{id} born with {points} points"),
             Occurrence::Died { id } => format!("{id} died"),
             Occurrence::Split { id, coverage } => {
-                format!("{id} was split (coverage {:.0} %)", 100.0 * coverage)
+                format!("{id} split (coverage {:.0} %)", 100.0 * coverage)
             }
-            Occurrence::Separated { id } => format!("{id} was cut to its largest part"),
-            Occurrence::Cut { id, gain } => format!("{id} was cut (saves {gain:.4} mean spacings of error)"),
-            Occurrence::Froze { id } => format!("{id} froze"),
+            Occurrence::Separated { id } => format!("{id} reduced to its largest part"),
+            Occurrence::Cut { id, gain } => format!("{id} cut (error reduced by {gain:.4} mean spacings)"),
+            Occurrence::Froze { id } => format!("{id} frozen"),
             Occurrence::Merged(report) => {
-                format!("{} and {} became {}", report.merged.0, report.merged.1, report.into)
+                format!("{} and {} merged into {}", report.merged.0, report.merged.1, report.into)
             }
-            Occurrence::Edited { id } => format!("{id} was given another shape"),
-            Occurrence::Refitted { id } => format!("{id} was fitted again"),
-            Occurrence::Locked { id } => format!("{id} was locked"),
-            Occurrence::Unlocked { id } => format!("{id} was unlocked"),
+            Occurrence::Edited { id } => format!("{id} reshaped"),
+            Occurrence::Refitted { id } => format!("{id} refitted"),
+            Occurrence::Locked { id } => format!("{id} locked"),
+            Occurrence::Unlocked { id } => format!("{id} unlocked"),
             Occurrence::Joined { ids, into } => {
                 let ids: Vec<String> = ids.iter().map(u32::to_string).collect();
-                format!("{} were made one, {into}", ids.join(", "))
+                format!("{} merged into {into}", ids.join(", "))
             }
-            Occurrence::Halved { id, into } => format!("{id} was cut in two, {id} and {into}"),
-            Occurrence::Deleted { id, points } => format!("{id} was deleted ({points} points)"),
-            Occurrence::Taken { primitives } => format!("{primitives} brought in"),
-            Occurrence::Created { id, points } => format!("{id} was made of {points} points"),
-            Occurrence::Pinned { id, points } => format!("{points} points were pinned to {id}"),
-            Occurrence::Released { points } => format!("{points} points were released"),
+            Occurrence::Halved { id, into } => format!("{id} split into {id} and {into}"),
+            Occurrence::Deleted { id, points } => format!("{id} deleted ({points} points)"),
+            Occurrence::Taken { primitives } => format!("{primitives} imported"),
+            Occurrence::Created { id, points } => format!("{id} created from {points} points"),
+            Occurrence::Pinned { id, points } => format!("{points} points pinned to {id}"),
+            Occurrence::Released { points } => format!("{points} points unpinned"),
         })
         .collect();
     (!parts.is_empty()).then(|| parts.join(", "))

@@ -125,13 +125,13 @@ fn verb_and_ids(occurrence: &Occurrence) -> Option<(&'static str, Vec<u32>)> {
         Occurrence::Refitted { id } => ("refitted", vec![*id]),
         Occurrence::Locked { id } => ("locked", vec![*id]),
         Occurrence::Unlocked { id } => ("unlocked", vec![*id]),
-        Occurrence::Joined { ids, .. } => ("joined", ids.clone()),
+        Occurrence::Joined { ids, .. } => ("merged", ids.clone()),
         Occurrence::Halved { id, .. } => ("split", vec![*id]),
         Occurrence::Deleted { id, .. } => ("deleted", vec![*id]),
-        Occurrence::Created { id, .. } => ("made", vec![*id]),
+        Occurrence::Created { id, .. } => ("created", vec![*id]),
         Occurrence::Pinned { id, .. } => ("pinned points to", vec![*id]),
-        Occurrence::Released { .. } => ("released points", Vec::new()),
-        Occurrence::Taken { .. } => ("primitives brought in", Vec::new()),
+        Occurrence::Released { .. } => ("unpinned points", Vec::new()),
+        Occurrence::Taken { .. } => ("imported primitives", Vec::new()),
         _ => return None,
     })
 }

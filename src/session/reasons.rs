@@ -50,48 +50,50 @@ impl Session {
         let is_busy = !matches!(self.activity, Activity::Idle | Activity::Renewing);
         Some(match verb {
             Verb::Pause => "Nothing is running",
-            Verb::Deselect if self.proposal.is_some() => "Decide on the merge first",
-            Verb::FrameSelection | Verb::Deselect => "Nothing is selected",
-            Verb::HideSelected => "No primitive is selected",
-            Verb::StopPlaying => "Nothing is being played",
-            Verb::Play if self.playback.is_playing => "It is being played",
-            Verb::Play => "There are no steps to play",
-            Verb::StopSeeds => "No seeds are being run",
-            Verb::Undo => "Nothing was done yet",
-            Verb::Redo => "Nothing was undone",
-            Verb::AcceptMerge | Verb::SkipMerge | Verb::DropMerge => "No merge is proposed",
-            Verb::MergeSelected => "Select two primitives or more",
+            Verb::Deselect if self.proposal.is_some() => "Accept or skip the proposed merge first",
+            Verb::FrameSelection | Verb::Deselect => "Nothing selected",
+            Verb::HideSelected => "No primitive selected",
+            Verb::StopPlaying => "Nothing is playing",
+            Verb::Play if self.playback.is_playing => "Already playing",
+            Verb::Play => "No other states to play",
+            Verb::StopSeeds => "No seed runs in progress",
+            Verb::Undo => "Nothing to undo",
+            Verb::Redo => "Nothing to redo",
+            Verb::AcceptMerge | Verb::SkipMerge | Verb::DropMerge => "No merge proposed",
+            Verb::MergeSelected => "Select two or more primitives",
             Verb::JudgeMerge => "Select two primitives",
-            Verb::DropShape => "No primitive is being changed",
+            Verb::DropShape => "No primitive is being edited",
             Verb::SplitSelected | Verb::RefitSelected => "Select one primitive",
             Verb::DeleteSelected | Verb::LockSelected => "Select a primitive",
             Verb::NewCluster | Verb::BelongTogether => "Select points first",
-            Verb::ReleasePoints => "No point is pinned",
-            Verb::ShowAll => "No primitive is hidden",
-            Verb::ReopenLast => "No session was closed without being saved",
-            Verb::ClearRecent => "No file is remembered",
-            Verb::ZoomReset => "It is 100 % already",
+            Verb::ReleasePoints => "No pinned points",
+            Verb::ShowAll => "No hidden primitives",
+            Verb::ReopenLast => "No unsaved session to reopen",
+            Verb::ClearRecent => "No recent files",
+            Verb::ZoomReset => "Already at 100 %",
             Verb::ExportAgain if self.exported().is_none() && self.loaded.is_some() => {
-                "Nothing of this shape was exported yet"
+                "This shape has not been exported yet"
             }
-            _ if needs_shape && self.activity == Activity::Loading => "A shape is being loaded",
+            _ if needs_shape && self.activity == Activity::Loading => "A shape is loading",
             _ if needs_shape && self.loaded.is_none() => "Open a shape first",
-            Verb::RunSeeds | Verb::ShowOdds => "There is no state yet",
-            Verb::Reset | Verb::FirstState | Verb::PreviousState => "It is at its start",
-            Verb::NextState | Verb::LastState => "It is the newest state",
-            Verb::ContinueHere => "It is the newest state: Run goes on from it",
-            Verb::Resample => "The settings of the samples are those of the run",
-            Verb::CopyPrimitives | Verb::CopyCsv => "There are no primitives",
-            Verb::ExportAgain if !is_busy => "The shape has no mesh, which the last format needs",
-            Verb::PastePrimitives | Verb::TakeFrom if self.snapshot.is_none() => "There is no state yet",
-            _ if is_busy && self.is_running() => "Pause the run first",
-            _ if is_busy => "Wait until the file is written",
-            Verb::Continue => "The run is not finished: Run goes on with it",
-            Verb::StepIteration if self.phase() == Some(Phase::Finished) => "The run is finished",
-            Verb::StepMerge | Verb::MergeAll if self.primitives().len() < 2 => {
-                "There are no two primitives to merge"
+            Verb::RunSeeds | Verb::ShowOdds => "No state yet",
+            Verb::Reset | Verb::FirstState | Verb::PreviousState => "Already at the first state",
+            Verb::NextState | Verb::LastState => "Already at the latest state",
+            Verb::ContinueHere => "This is the latest state; use Run to continue",
+            Verb::Resample => "The sampling settings have not changed",
+            Verb::CopyPrimitives | Verb::CopyCsv => "No primitives",
+            Verb::ExportAgain if !is_busy => {
+                "The last export format needs a mesh, but the shape is a point cloud"
             }
-            Verb::StepMerge | Verb::MergeAll => "No pair is left that may be merged",
+            Verb::PastePrimitives | Verb::TakeFrom if self.snapshot.is_none() => "No state yet",
+            _ if is_busy && self.is_running() => "Pause the run first",
+            _ if is_busy => "Wait until the file has been written",
+            Verb::Continue => "The run is not finished; use Run to continue",
+            Verb::StepIteration if self.phase() == Some(Phase::Finished) => "The run has finished",
+            Verb::StepMerge | Verb::MergeAll if self.primitives().len() < 2 => {
+                "At least two primitives are needed to merge"
+            }
+            Verb::StepMerge | Verb::MergeAll => "No more pairs to merge",
             _ => "Not now",
         })
     }

@@ -38,12 +38,12 @@ impl SeedOrder {
     pub fn tooltip(self) -> &'static str {
         match self {
             Self::Error => {
-                "The least Chamfer-L1 first, then those that are not measured yet, by their mean error. More \
-                 primitives make less error: look at K as well"
+                "Lowest Chamfer-L1 first, then unmeasured runs by mean error. More primitives usually mean \
+                 less error, so compare K as well"
             }
-            Self::Primitives => "The smallest number of primitives K first; of the same number the best",
-            Self::Time => "The shortest run first",
-            Self::Seed => "In the order of the seeds",
+            Self::Primitives => "Smallest number of primitives K first; ties are sorted by error",
+            Self::Time => "Shortest computing time first",
+            Self::Seed => "In order of the seeds",
         }
     }
 }

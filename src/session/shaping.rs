@@ -111,11 +111,11 @@ impl Session {
     /// Why the shape of a primitive can't be changed now.
     pub fn why_fixed(&self, primitive: &Primitive) -> Option<&'static str> {
         if self.activity == Activity::Loading {
-            Some("A shape is being loaded")
+            Some("A shape is loading")
         } else if self.algorithm() != Algorithm::Sampler {
-            Some("Only the sampler's states can be changed by hand; choose that method and run")
+            Some("Only states of the sampler can be edited. Choose a sampler method and run")
         } else if primitive.locked {
-            Some("It is locked; unlock it to change it")
+            Some("Locked. Unlock the primitive to edit it")
         } else {
             None
         }

@@ -19,22 +19,25 @@ impl Session {
         let message = if message.what == FAULT {
             message
                 .advise(
-                    "The last good state stays, and nothing else is lost. Run again, or with another seed; if \
-                     it happens again, please report it with the details, the shape and the parameters",
+                    "The last good state is kept; nothing else is lost. Run again or try another seed. If \
+                     it happens again, please report the problem with the details, the shape and the \
+                     parameters",
                 )
                 .offer("Run again", Action::Verb(Verb::Run))
         } else {
             match self.activity {
                 Activity::Loading => {
                     let advice = if self.loaded.is_some() {
-                        "What was open stays as it was. Choose another file, or mend this one and open it again"
+                        "The current shape stays open. Choose another file, or repair this file and open it \
+                         again"
                     } else {
-                        "Choose another file, or mend this one and open it again"
+                        "Choose another file, or repair this file and open it again"
                     };
                     message.advise(advice).offer(Verb::Open.entry().text, Action::Verb(Verb::Open))
                 }
-                Activity::Writing => message
-                    .advise("Nothing was written. Choose a folder that exists and that you may write to"),
+                Activity::Writing => {
+                    message.advise("Nothing was written. Choose an existing folder with write permission")
+                }
                 _ => message,
             }
         };
@@ -58,8 +61,8 @@ impl Session {
             .collect();
         let text = match &deleted[..] {
             [] => return,
-            [one] => format!("Primitive {one} was deleted"),
-            several => format!("Primitives {} were deleted", several.join(", ")),
+            [one] => format!("Primitive {one} deleted"),
+            several => format!("Primitives {} deleted", several.join(", ")),
         };
         let undo = Verb::Undo;
         self.messages.add(Message::new(Level::Note, text).offer(undo.entry().text, Action::Verb(undo)));
@@ -85,8 +88,8 @@ impl Session {
         let Some(path) = paths.into_iter().nth(readable) else { return Vec::new() };
         if count > 1 {
             let name = path.file_name().unwrap_or(path.as_os_str()).display();
-            let text = format!("Of the {count} files that were dropped, {name} was opened");
-            self.messages.push(Level::Note, text, "one shape is open at a time");
+            let text = format!("{name} was opened out of {count} dropped files");
+            self.messages.push(Level::Note, text, "only one shape can be open at a time");
         }
         // As from the menu, so that it can be undone.
         self.apply(Action::OpenFile(path))
@@ -94,8 +97,8 @@ impl Session {
 
     pub(super) fn forget_recent(&mut self, path: &Path) {
         self.window.recent.forget(path);
-        let text = format!("{} is no longer there", path.display());
-        self.messages.push(Level::Warning, text, "it was taken off the list of recent files");
+        let text = format!("{} no longer exists", path.display());
+        self.messages.push(Level::Warning, text, "it was removed from the recent files");
     }
 
     /// The window as on the first start, but for what was open before.
@@ -132,7 +135,7 @@ mod tests {
         session.activity = Activity::Running;
         session.absorb(Event::Failed { what: FAULT.to_owned(), error: "index out of bounds".to_owned() });
         let message = session.messages.open_error().unwrap();
-        assert!(message.advice.contains("The last good state stays"), "{}", message.advice);
+        assert!(message.advice.contains("The last good state is kept"), "{}", message.advice);
         let offer = message.offer.as_ref().unwrap();
         assert_eq!((offer.text, &*offer.action), ("Run again", &Action::Verb(Verb::Run)));
     }

@@ -116,38 +116,36 @@ impl ColorBy {
             Self::Input => "Input colour",
             Self::Plain => "Plain",
             Self::OwnDistance => "Error",
-            Self::NearestDistance => "To the primitives",
-            Self::SurfaceDistance => "To the input",
+            Self::NearestDistance => "To primitives",
+            Self::SurfaceDistance => "To input",
             Self::Uncertainty => "Uncertainty",
-            Self::SeedUncertainty => "Seeds' disagreement",
+            Self::SeedUncertainty => "Seed disagreement",
         }
     }
 
     pub fn tooltip(self) -> &'static str {
         match self {
-            Self::Cluster => "Each point in the colour of its primitive, its label z",
-            Self::Input => "Each point in the colour that the file gives it",
+            Self::Cluster => "Each point in the colour of its primitive (label z)",
+            Self::Input => "Each point in its colour from the input file",
             Self::Plain => "All points in one colour",
             Self::OwnDistance => {
-                "The distance d from each point to the surface of its own primitive, to first order, in \
-                 the file's units"
+                "First-order distance d from each point to the surface of its own primitive, in the file's \
+                 units"
             }
             Self::NearestDistance => {
-                "The distance from each point to the nearest surface of any primitive, to first order, in \
-                 the file's units"
+                "First-order distance from each point to the nearest primitive's surface, in the file's units"
             }
             Self::SurfaceDistance => {
-                "Painted on the primitives: the distance from each place of their surfaces to the input, \
-                 exact to a mesh, to the nearest point of a cloud, in the file's units; points are not shown \
-                 meanwhile"
+                "Shown on the primitives: distance from each surface point to the input mesh (exact) or to \
+                 the nearest point of the input cloud, in the file's units. Points are hidden in this mode"
             }
             Self::Uncertainty => {
-                "How often the label z of each point changed over the last states: the entropy of its \
-                 labels, 0 if it was always the same, 1 if it was never the same twice"
+                "How often the label z of each point changed over the last states, as the entropy of its \
+                 labels: 0 if always the same, 1 if never the same twice"
             }
             Self::SeedUncertainty => {
-                "Where runs with several seeds disagree: the entropy of each point's labels over the seeds, \
-                 after the primitives that stand for the same part were matched"
+                "Where runs with different seeds disagree: entropy of each point's labels over the seeds, \
+                 after matching primitives that represent the same part"
             }
         }
     }

@@ -15,7 +15,10 @@ static POOL: LazyLock<Option<ThreadPool>> = LazyLock::new(|| {
         .num_threads((cores / 2).max(1))
         .thread_name(|i| format!("background {i}"))
         .build();
-    pool.inspect_err(|error| tracing::warn!("the window computes without help: {error}")).ok()
+    pool.inspect_err(|error| {
+        tracing::warn!("no background threads; computing on the window's thread: {error}")
+    })
+    .ok()
 });
 
 /// Where a result will be; none of a work that failed.
@@ -86,7 +89,7 @@ impl<K: Clone + PartialEq, T: Send + Sync + 'static> Background<K, T> {
 fn guarded<T>(work: impl FnOnce() -> T) -> Option<Arc<T>> {
     let result = caught(work);
     if result.is_err() {
-        tracing::error!("the program made a mistake in the background; please report this, with the shape");
+        tracing::error!("internal error in a background computation; please report it and attach the shape");
     }
     result.ok().map(Arc::new)
 }

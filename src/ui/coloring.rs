@@ -98,7 +98,7 @@ impl Coloring {
         let found = self.made.get(&key, window.filter(|_| !is_quick), work);
         // The last ones stay, unless they tell of other samples or other things.
         let found = found.filter(|(of, _)| of.by == by && Arc::ptr_eq(&of.shape, &key.shape));
-        let Some((_, numbers)) = found else { return Told::Missing("Being computed…") };
+        let Some((_, numbers)) = found else { return Told::Missing("Computing…") };
         let top = view.view.legend_top;
         let is_shown =
             |(of, with, _): &&(Arc<Numbers>, Top, Numbers)| Arc::ptr_eq(of, numbers) && *with == top;
@@ -134,17 +134,17 @@ impl Coloring {
                 let window = view.view.uncertainty_window as usize;
                 let last = &view.history[view.history.len().saturating_sub(window)..];
                 if last.len() < 2 {
-                    return Err("No history yet: step or run first");
+                    return Err("No history yet; step or run first");
                 }
                 Source::States(last.to_vec())
             }
             ColorBy::SeedUncertainty => {
                 let seeds = view.seeds.filter(|s| s.loaded().is_some_and(|of| Arc::ptr_eq(of, shape)));
-                let Some(seeds) = seeds else { return Err("No other seeds yet: run 8 seeds") };
+                let Some(seeds) = seeds else { return Err("No seed runs yet; choose Run 8 seeds") };
                 let runs: Vec<Arc<Snapshot>> =
                     seeds.results().iter().filter_map(|r| r.last().cloned()).collect();
                 if runs.len() < 2 {
-                    return Err("Waiting for two seeds");
+                    return Err("Waiting for at least two seeds");
                 }
                 Source::Seeds(runs)
             }
@@ -199,11 +199,11 @@ impl Source {
         };
         Numbers::Points(Arc::new(match self {
             Self::Own(state) => Scalar::from_zero(
-                "Distance to its own primitive",
+                "Distance to own primitive",
                 own_distances(samples, &state.abstraction, scene),
             ),
             Self::Nearest(state) => Scalar::from_zero(
-                "Distance to the primitives",
+                "Distance to nearest primitive",
                 nearest_distances(samples, &state.abstraction, scene),
             ),
             Self::Surfaces(state, to_shape) => {
@@ -217,10 +217,7 @@ impl Source {
                 let values = nearest.as_ref().map_or_else(Vec::new, |nearest| {
                     surface_distances(&state.abstraction.primitives, nearest)
                 });
-                return Numbers::Surfaces(Arc::new(SurfaceScalar::from_zero(
-                    "Distance to the input",
-                    values,
-                )));
+                return Numbers::Surfaces(Arc::new(SurfaceScalar::from_zero("Distance to input", values)));
             }
             Self::States(states) => {
                 let labels = labels(&states);
@@ -231,7 +228,7 @@ impl Source {
             Self::Seeds(runs) => {
                 let labels = labels(&runs);
                 let labels: Vec<&[u32]> = labels.iter().map(AsRef::as_ref).collect();
-                let title = format!("Disagreement of {} seeds", labels.len());
+                let title = format!("Disagreement among {} seeds", labels.len());
                 Scalar::from_zero(&title, seed_entropy(&labels)).with_unit(Unit::Share)
             }
         }))

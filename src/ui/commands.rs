@@ -74,7 +74,7 @@ impl Commands {
             }
             ui.add_space(6.0);
             if items.is_empty() {
-                ui.label(RichText::new("No command is like that").color(Palette::of(ui).weak));
+                ui.label(RichText::new("No matching commands").color(Palette::of(ui).weak));
             }
             ui.spacing_mut().item_spacing.y = 0.0;
             // Below it stands how it is used.
@@ -98,7 +98,7 @@ impl Commands {
                 }
             });
             ui.add_space(6.0);
-            let help = "Arrow keys choose, Enter runs, Esc closes";
+            let help = "Arrow keys to choose, Enter to run, Esc to close";
             ui.add(Label::new(RichText::new(help).small().color(Palette::of(ui).weak)).wrap());
         });
         if ctx.input(|i| i.key_pressed(Key::Enter)) {
@@ -205,11 +205,11 @@ fn items(session: &Session) -> Vec<Item> {
     });
     let paces = PACES.into_iter().map(|(pace, _)| {
         let name = match pace {
-            Pace::PerSecond(1) => "Watch 1 step a second".to_owned(),
-            Pace::PerSecond(steps) => format!("Watch {steps} steps a second"),
-            Pace::Unlimited => "Watch at full speed".to_owned(),
+            Pace::PerSecond(1) => "Speed: 1 step per second".to_owned(),
+            Pace::PerSecond(steps) => format!("Speed: {steps} steps per second"),
+            Pace::Unlimited => "Speed: maximum".to_owned(),
         };
-        let tooltip = "How fast Run and Merge all go from step to step".to_owned();
+        let tooltip = "How fast Run and Merge all show their steps".to_owned();
         plain(name, "Run", tooltip, Action::SetPace(pace), session.pace == pace)
     });
     let styles = SurfaceStyle::ALL.into_iter().map(|style| {
@@ -231,7 +231,7 @@ fn items(session: &Session) -> Vec<Item> {
         plain(name, "Layer", "Show or hide this layer".to_owned(), Action::SetLayer(layer, !shown), false)
     });
     let axes = [(UpAxis::Y, "Y is up"), (UpAxis::Z, "Z is up")].into_iter().map(|(axis, name)| {
-        let tooltip = "Which axis of the file points upwards".to_owned();
+        let tooltip = "Which axis of the file points up".to_owned();
         plain(name.to_owned(), "View", tooltip, Action::SetUpAxis(axis), session.view.up == axis)
     });
     let recent = session.window.recent.iter().map(|path| {

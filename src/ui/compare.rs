@@ -181,7 +181,7 @@ fn bar(
     let fill = ui.visuals().panel_fill;
     egui::Frame::new().fill(fill).inner_margin(egui::Margin::symmetric(8, 3)).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
-            let label = ui.label(RichText::new("Beside").color(Palette::of(ui).weak)).id;
+            let label = ui.label(RichText::new("Compare with").color(Palette::of(ui).weak)).id;
             ComboBox::from_id_salt("branch beside")
                 .selected_text(&other.branch.name)
                 .width(96.0)
@@ -194,22 +194,22 @@ fn bar(
                 })
                 .response
                 .labelled_by(label)
-                .on_hover_text("The branch whose state is shown on the right, as B");
+                .on_hover_text("The branch shown on the right as B");
             state_slider(ui, other, &mut wanted);
-            ui.checkbox(&mut wanted.is_linked, "Link cameras").on_hover_text("Both views move together");
+            ui.checkbox(&mut wanted.is_linked, "Link cameras").on_hover_text("Move both cameras together");
             ui.add_enabled(
                 other.same_samples,
                 egui::Checkbox::new(&mut wanted.paints_disagreement, "Paint disagreement"),
             )
             .on_hover_text(
-                "Bright are the samples that belong to different primitives here and there, once primitives \
-                 are matched one to one such that most samples agree",
+                "Highlight the samples that belong to different primitives in A and B. Primitives are first \
+                 matched one to one so that as many samples as possible agree",
             )
-            .on_disabled_hover_text("The two states label different samples, which can't be compared");
+            .on_disabled_hover_text("Not available: A and B label different samples");
             let share = difference.share().map_or_else(|| "–".to_owned(), |s| format!("{:.1} %", 100.0 * s));
             ui.label(RichText::new(format!("Disagreement {share}")).strong())
-                .on_hover_text("Share of the samples that belong to different primitives here and there");
-            let button = ui.button("A | B").on_hover_text("The figures of both states");
+                .on_hover_text("Share of the samples that belong to different primitives in A and B");
+            let button = ui.button("A | B").on_hover_text("Metrics of both states");
             Popup::menu(&button)
                 .close_behavior(PopupCloseBehavior::CloseOnClickOutside)
                 .show(|ui| table(ui, session, other));
@@ -230,15 +230,15 @@ fn state_slider(ui: &mut Ui, other: &Compared<'_>, wanted: &mut Comparison) {
     let mut index = other.index;
     ui.spacing_mut().slider_width = 90.0;
     let slider = ui.add_enabled(last > 0, Slider::new(&mut index, 0..=last).show_value(false));
-    slider.widget_info(|| egui::WidgetInfo::slider(last > 0, index as f64, "State beside"));
-    let slider = slider.on_disabled_hover_text("That branch has one state only");
-    if slider.on_hover_text("Which state of that branch; at the right end the last there is").changed() {
+    slider.widget_info(|| egui::WidgetInfo::slider(last > 0, index as f64, "State of B"));
+    let slider = slider.on_disabled_hover_text("This branch has only one state");
+    if slider.on_hover_text("Which state of the branch to show; the right end is the latest").changed() {
         wanted.index = (index < last).then_some(index);
     }
     ui.label(other.name().to_string());
 }
 
-/// The figures of both states.
+/// Metrics of both states.
 fn table(ui: &mut Ui, session: &Session, other: &Compared<'_>) {
     let Some(shown) = &session.snapshot else { return };
     let weak = Palette::of(ui).weak;

@@ -1,4 +1,4 @@
-//! The left panel: the shape, the run, its parameters.
+//! The left panel: shape, run and parameters.
 
 use egui::{DragValue, Grid, Label, Response, RichText, Slider, Ui, vec2};
 
@@ -21,7 +21,7 @@ use crate::worker::{Pace, SamplingOptions};
 const LABELS: f32 = 104.0;
 /// Width of an editable number.
 const NUMBER: f32 = 58.0;
-/// How fast a run can be watched.
+/// Display speeds of a run.
 pub(super) const PACES: [(Pace, &str); 5] = [
     (Pace::PerSecond(1), "1/s"),
     (Pace::PerSecond(3), "3/s"),
@@ -41,7 +41,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
 fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     section(ui, "Shape");
     let Some(loaded) = &session.loaded else {
-        ui.label(RichText::new("No shape is open").color(Palette::of(ui).weak));
+        ui.label(RichText::new("No shape open").color(Palette::of(ui).weak));
         verb_button(ui, session, Verb::Open, 0.0, actions);
         return;
     };
@@ -61,7 +61,7 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         }
         let size = extent_of(&loaded.cloud.points);
         let text = format!("{} × {} × {}", length(size.x), length(size.y), length(size.z));
-        fact(ui, "Size", &text).on_hover_text(format!("{text}, along x, y and z in the file's units"));
+        fact(ui, "Size", &text).on_hover_text(format!("{text} along x, y and z, in the file's units"));
     });
     let mut sampling = session.sampling;
     // Seeds have up to 20 digits.
@@ -72,27 +72,26 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         ui.add(DragValue::new(&mut sampling.points).range(least..=most).speed(20.0))
             .labelled_by(label)
             .on_hover_text(format!(
-                "Number N of points on the surface that are clustered; {used} in this run"
+                "Number of points N sampled from the shape and clustered; {used} in this run"
             ));
         let label = ui.label(RichText::new("seed").color(Palette::of(ui).weak)).id;
         ui.add(DragValue::new(&mut sampling.seed).speed(0.05))
             .labelled_by(label)
-            .on_hover_text("Seed of the sampling");
+            .on_hover_text("Random seed of the sampling");
     });
     let with_note = |tooltip: &str| match loaded.cloud.part.note() {
-        Some(note) => format!("{tooltip}. In this run {note}"),
+        Some(note) => format!("{tooltip}. In this run: {note}"),
         None => tooltip.to_owned(),
     };
     if matches!(loaded.shape.geometry, ShapeGeometry::Mesh(_)) {
         let mut outside = sampling.surface == Surface::Outside;
-        ui.checkbox(&mut outside, "Only the surface seen from outside")
-            .on_hover_text(with_note("No samples on inner walls and buried parts"));
+        ui.checkbox(&mut outside, "Only the surface visible from outside")
+            .on_hover_text(with_note("Place no samples on inner walls and hidden parts"));
         sampling.surface = if outside { Surface::Outside } else { Surface::All };
     } else {
         let mut leave_out = sampling.isolated == Isolated::LeaveOut;
         ui.checkbox(&mut leave_out, "Leave out isolated points").on_hover_text(with_note(
-            "No samples on outliers, which have next to no neighbours: points far from all others stay \
-             unassigned",
+            "Skip outliers, which have almost no neighbours; points far from all others stay unassigned",
         ));
         sampling.isolated = if leave_out { Isolated::LeaveOut } else { Isolated::Keep };
     }
@@ -124,17 +123,15 @@ fn run(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         }
     });
     ui.horizontal(|ui| {
-        ui.label(RichText::new("Watch").color(Palette::of(ui).weak)).on_hover_text(
-            "Run and Merge all show every step: at most so many a second, or as fast as they go. Results of \
-             Live don't wait for it",
-        );
+        ui.label(RichText::new("Speed").color(Palette::of(ui).weak))
+            .on_hover_text("How fast Run and Merge all show their steps. Live results are not slowed down");
         ui.spacing_mut().item_spacing.x = 3.0;
         let width = (ui.available_width() - 3.0 * (PACES.len() - 1) as f32) / PACES.len() as f32;
         for (pace, text) in PACES {
             let tooltip = match pace {
-                Pace::PerSecond(1) => "Show every step, one a second".to_owned(),
-                Pace::PerSecond(steps) => format!("Show every step, {steps} a second at most"),
-                Pace::Unlimited => "Show steps as fast as they go".to_owned(),
+                Pace::PerSecond(1) => "Show one step per second".to_owned(),
+                Pace::PerSecond(steps) => format!("Show at most {steps} steps per second"),
+                Pace::Unlimited => "Show steps as fast as they are computed".to_owned(),
             };
             if choice(ui, session.pace == pace, text, width).on_hover_text(tooltip).clicked() {
                 actions.push(Action::SetPace(pace));
@@ -144,7 +141,7 @@ fn run(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     live(ui, session, actions);
 }
 
-/// Switches Live; a dot says that a result is on its way.
+/// The check box for Live, with its status.
 fn live(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
         let entry = Verb::ToggleLive.entry();
@@ -153,9 +150,9 @@ fn live(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             actions.push(Action::Verb(Verb::ToggleLive));
         }
         let (text, color) = if session.live.is_renewing() {
-            ("renewing the result", Palette::of(ui).accent)
+            ("Updating…", Palette::of(ui).accent)
         } else {
-            ("sliders re-run everything", Palette::of(ui).weak)
+            ("Every change starts a new run", Palette::of(ui).weak)
         };
         if on {
             ui.label(RichText::new(text).small().color(color));
@@ -191,14 +188,14 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             (
                 MergeRule::Energy,
                 "Energy",
-                "First the pair whose merge lowers the energy most: two-way error plus cost of primitives",
+                "Merge the pair that lowers the energy most: two-way error plus cost of primitives",
             ),
             (
                 MergeRule::Paper,
                 "Paper's thresholds",
-                "The thresholds of the paper's authors, largest cluster first",
+                "Use the thresholds of the paper's authors, largest cluster first",
             ),
-            (MergeRule::None, "None", "No merging; Step merge finds no pair"),
+            (MergeRule::None, "None", "No merging; Step merge proposes nothing"),
         ],
     }
     .show(ui, session, &mut p, |p| &mut p.merge);
@@ -208,9 +205,13 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             (
                 Distance::FirstOrder,
                 "First order",
-                "Close to the Euclidean distance, also on thin plates and long rods",
+                "Close to the Euclidean distance, even for thin plates and long rods",
             ),
-            (Distance::Radial, "Radial", "The paper's distance along the ray from the primitive's centre"),
+            (
+                Distance::Radial,
+                "Radial",
+                "The paper's distance, measured along the ray from the primitive's centre",
+            ),
         ],
     }
     .show(ui, session, &mut p, |p| &mut p.fit_distance);
@@ -231,11 +232,11 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     if let (Some(start), false) = (session.stale_start(), session.live.is_renewing()) {
         let text = if start.algorithm == p.algorithm {
             format!(
-                "K and seed are taken at the next start; this run has K = {}, seed {}.",
+                "K and seed apply from the next start. This run: K = {}, seed {}.",
                 start.clusters, start.seed
             )
         } else {
-            format!("Run starts over with the chosen method; shown now is {}.", start.algorithm.title())
+            format!("Run restarts with the chosen method. Shown now: {}.", start.algorithm.title())
         };
         ui.add(Label::new(RichText::new(text).small().color(Palette::of(ui).accent)).wrap());
     }
@@ -244,14 +245,14 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     }
 }
 
-/// The named methods, with what they do and where they come from.
+/// The list of methods, with descriptions and references.
 fn method(ui: &mut Ui, params: &Params, actions: &mut Vec<Action>) {
     let present = Method::of(params);
     let tooltip = |m: Method| format!("{}.\n{}", m.tooltip(), m.reference());
     ui.horizontal(|ui| {
         let label = labelled(ui, "Method");
         let combo = egui::ComboBox::from_id_salt("method")
-            .selected_text(present.map_or("Your own", Method::title))
+            .selected_text(present.map_or("Custom", Method::title))
             .width(ui.available_width() - 8.0)
             .height(400.0_f32.min(0.6 * ui.ctx().content_rect().height()))
             .show_ui(ui, |ui| {
@@ -263,14 +264,13 @@ fn method(ui: &mut Ui, params: &Params, actions: &mut Vec<Action>) {
                 }
             });
         combo.response.labelled_by(label).on_hover_text(present.map_or_else(
-            || "The sampler with parts of several methods; choose one to go back to it".to_owned(),
+            || "The sampler with your own settings; choose a method to restore its settings".to_owned(),
             tooltip,
         ));
     });
 }
 
-/// Shows what sets a parameter: grey, with the reason in the tooltip, while
-/// the method doesn't read it.
+/// Shows the control of a parameter; disabled, with the reason as tooltip, if the method does not use it.
 fn where_read(ui: &mut Ui, params: &Params, setting: Setting, show: impl FnOnce(&mut Ui) -> Response) {
     let why = params.why_unread(setting);
     ui.add_enabled_ui(why.is_none(), |ui| {
@@ -281,7 +281,7 @@ fn where_read(ui: &mut Ui, params: &Params, setting: Setting, show: impl FnOnce(
     });
 }
 
-/// A label of the width that all rows share; its id.
+/// A label with the common width of all rows; returns its id.
 fn labelled(ui: &mut Ui, text: &str) -> egui::Id {
     let height = theme::ROW;
     ui.allocate_ui_with_layout(vec2(LABELS, height), egui::Layout::left_to_right(egui::Align::Center), |ui| {
@@ -296,20 +296,20 @@ fn labelled(ui: &mut Ui, text: &str) -> egui::Id {
 fn after(session: &Session, setting: Setting) -> String {
     let Parameter { tooltip, taken, .. } = setting.parameter();
     let when = if session.live.is_on {
-        "Live is on: the whole run is made anew at every change."
+        "Live is on: every change starts a new run."
     } else {
         match taken {
-            Taken::Iteration => "Taken at the next iteration.",
-            Taken::Step => "Taken at the next step.",
-            Taken::Fit => "Taken at the next iteration or fit.",
-            Taken::Merge => "Taken at the next merge and at the end.",
-            Taken::Start => "Taken at the next start.",
+            Taken::Iteration => "Takes effect at the next iteration.",
+            Taken::Step => "Takes effect at the next step.",
+            Taken::Fit => "Takes effect at the next iteration or fit.",
+            Taken::Merge => "Takes effect at the next merge and at the end.",
+            Taken::Start => "Takes effect at the next start.",
         }
     };
     format!("{tooltip} {when}")
 }
 
-/// A parameter that is one of a few.
+/// A parameter with a few choices.
 struct Choices<'a, T> {
     setting: Setting,
     /// Value, text and tooltip.

@@ -45,13 +45,13 @@ impl Purpose {
         match self {
             Self::Open => "Open a shape",
             Self::Export(_) => "Export",
-            Self::Primitives => "Bring in primitives",
-            Self::Screenshot => "Save a screenshot",
-            Self::Session => "Save the session",
-            Self::Picture(PictureKind::Still, _) => "Save a picture",
-            Self::Picture(PictureKind::Turntable, AnimationFormat::Gif) => "Save a turntable",
+            Self::Primitives => "Import primitives",
+            Self::Screenshot => "Save screenshot",
+            Self::Session => "Save session",
+            Self::Picture(PictureKind::Still, _) => "Save picture",
+            Self::Picture(PictureKind::Turntable, AnimationFormat::Gif) => "Save turntable",
             Self::Picture(PictureKind::Turntable, AnimationFormat::Pngs) => {
-                "Name the folder of the turntable"
+                "Choose a folder for the turntable"
             }
         }
     }
@@ -142,11 +142,11 @@ impl Prompt {
             return if path.is_dir() {
                 Some("This is a folder")
             } else {
-                (!path.exists()).then_some("There is no such file")
+                (!path.exists()).then_some("File not found")
             };
         }
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
-        folder.is_some_and(|folder| !folder.is_dir()).then_some("There is no such folder")
+        folder.is_some_and(|folder| !folder.is_dir()).then_some("Folder not found")
     }
 
     /// The path was entered: what follows, or `None` where it has to be
@@ -228,7 +228,7 @@ impl Dialogs {
                 self.pending = Some(Pending { purpose, typed, answer });
             }
             Err(error) => {
-                tracing::warn!("no thread for the file dialog: {error}");
+                tracing::warn!("cannot start a thread for the file dialog: {error}");
                 let reason = Some("The system's file dialog could not be opened.");
                 self.prompt = Some(Prompt::new(purpose, typed, reason));
             }
@@ -252,7 +252,8 @@ impl Dialogs {
         match answer {
             Some(path) => actions.push(pending.purpose.action(path)),
             None if took < TOO_FAST_FOR_A_PERSON => {
-                let reason = Some("The system offers no file dialog here (no desktop portal answered).");
+                let reason =
+                    Some("No file dialog is available on this system (no desktop portal responded).");
                 let (purpose, text) = (pending.purpose, pending.typed);
                 self.prompt = Some(Prompt::new(purpose, text, reason));
             }
@@ -270,16 +271,16 @@ impl Dialogs {
             ui.add_space(4.0);
             if let Some(reason) = prompt.reason {
                 let text = if prompt.purpose.is_reading() {
-                    format!("{reason} Type the path of the file, or drop the file onto the window.")
+                    format!("{reason} Type the file's path or drop the file onto the window.")
                 } else {
-                    format!("{reason} Type the path of the file.")
+                    format!("{reason} Type the file's path.")
                 };
                 dialog_body(ui, FIELD, |ui| {
                     ui.add(Label::new(RichText::new(text).color(Palette::of(ui).weak)).wrap());
                 });
                 ui.add_space(4.0);
             }
-            let label = ui.label("Path of the file").id;
+            let label = ui.label("File path").id;
             let field = TextEdit::singleline(&mut prompt.text).desired_width(f32::INFINITY);
             let field = ui.add(field).labelled_by(label);
             if std::mem::take(&mut prompt.is_new) {
@@ -296,7 +297,7 @@ impl Dialogs {
             if let Some(path) = &prompt.replaces {
                 ui.add_space(4.0);
                 let name = path.file_name().unwrap_or(path.as_os_str()).display();
-                let text = format!("{name} is there already. Replace it?");
+                let text = format!("{name} already exists. Replace it?");
                 ui.add(Label::new(RichText::new(text).color(ui.visuals().warn_fg_color)).wrap());
             }
             ui.add_space(8.0);
@@ -318,7 +319,7 @@ impl Dialogs {
                         None => ui.ctx().request_repaint(),
                     }
                 }
-                done |= ui.button("Cancel").on_hover_text("Close this question (Esc)").clicked();
+                done |= ui.button("Cancel").on_hover_text("Close this dialog (Esc)").clicked();
             });
         });
         if done || response.should_close() {

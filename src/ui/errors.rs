@@ -82,12 +82,12 @@ impl ErrorBox {
             {
                 actions.push(Action::DismissError(message.number));
             }
-            if ui.button("Dismiss").on_hover_text("Close this box; it stays in the log (Esc)").clicked() {
+            if ui.button("Dismiss").on_hover_text("Close this message (Esc). It stays in the log").clicked() {
                 actions.push(Action::DismissError(message.number));
             }
             let is_open = self.detailed == Some(message.number);
             let details = if is_open { "Hide details" } else { "Details" };
-            if ui.button(details).on_hover_text("The chain of causes, for a report").clicked() {
+            if ui.button(details).on_hover_text("The chain of causes, for a bug report").clicked() {
                 self.detailed = (!is_open).then_some(message.number);
             }
             if is_open && ui.button("Copy").on_hover_text("Copy the details").clicked() {
@@ -116,14 +116,14 @@ pub(super) fn drop_hint(ctx: &Context, viewport: egui::Rect) {
     let (title, more) = match (name, is_readable) {
         (Some(name), true) if files.len() > 1 => (
             format!("Drop to open {name}"),
-            format!("One shape is open at a time; {} are dragged", files.len()),
+            format!("Only one shape can be open; {} files are being dragged", files.len()),
         ),
-        (Some(name), true) => (format!("Drop to open {name}"), "The shape is run at once".to_owned()),
+        (Some(name), true) => (format!("Drop to open {name}"), "The run starts immediately".to_owned()),
         (Some(name), false) => (
-            format!("{name} may be no shape"),
-            format!("Shapes end in {}", crate::io::SHAPE_ENDINGS.join(", ")),
+            format!("{name} may not be a shape"),
+            format!("Supported file extensions: {}", crate::io::SHAPE_ENDINGS.join(", ")),
         ),
-        (None, _) => ("Drop the file to open it".to_owned(), "The shape is run at once".to_owned()),
+        (None, _) => ("Drop the file to open it".to_owned(), "The run starts immediately".to_owned()),
     };
     Area::new(Id::unique("drop hint"))
         .order(egui::Order::Foreground)

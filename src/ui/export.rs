@@ -195,16 +195,14 @@ impl Open {
             }
         }
         if format.choices().is_empty() {
-            ui.label(RichText::new("There is nothing to choose").color(weak));
+            ui.label(RichText::new("No options for this format").color(weak));
         }
         ui.add_space(6.0);
         if let Some(bytes) = session.export_size(&self.choice) {
             ui.label(RichText::new(format!("About {}", widgets::bytes(bytes))).color(weak));
         }
         if matches!(format.kind(), Kind::Cloud | Kind::Mesh) {
-            ui.label(
-                RichText::new("Labels are the ids of the primitives, −1 where a point has none").color(weak),
-            );
+            ui.label(RichText::new("Labels are primitive ids; −1 marks unassigned points").color(weak));
         }
     }
 
@@ -225,7 +223,7 @@ impl Open {
                 asked = Some(Asked::Export);
             }
             let browse = ui.add(Button::new("Browse…").min_size(vec2(80.0, theme::ROW)));
-            if browse.on_hover_text("Choose the file in the system's dialog, and write it").clicked() {
+            if browse.on_hover_text("Choose a file in the system's dialog and export to it").clicked() {
                 asked = Some(Asked::Browse);
             }
         });
@@ -240,15 +238,15 @@ impl Open {
             let text = RichText::new(text).color(palette.on_accent).strong();
             let export = Button::new(text).fill(palette.accent).min_size(vec2(90.0, theme::ROW));
             let export = ui.add_enabled(self.is_ready(), export);
-            let export = export.on_disabled_hover_text(self.problem().unwrap_or("Name the file first"));
-            if export.on_hover_text("Writes the file, whole or not at all").clicked() {
+            let export = export.on_disabled_hover_text(self.problem().unwrap_or("Enter a file name first"));
+            if export.on_hover_text("Write the file. If writing fails, no partial file is left").clicked() {
                 asked = Some(Asked::Export);
             }
             let cancel = ui.add(Button::new("Cancel").min_size(vec2(80.0, theme::ROW)));
-            if cancel.on_hover_text("Nothing is written").clicked() {
+            if cancel.on_hover_text("Close without writing").clicked() {
                 asked = Some(Asked::Close);
             }
-            let note = self.problem().or(self.replaces.is_some().then_some("The file is there already"));
+            let note = self.problem().or(self.replaces.is_some().then_some("The file already exists"));
             if let Some(note) = note {
                 ui.label(RichText::new(note).color(palette.warn));
             }
@@ -265,7 +263,7 @@ impl Open {
         let path = expand(self.path.trim());
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
         if folder.is_some_and(|folder| !folder.is_dir()) {
-            Some("There is no such folder")
+            Some("Folder not found")
         } else {
             path.is_dir().then_some("This is a folder")
         }

@@ -59,9 +59,9 @@ fn figures(session: &Session) -> Vec<Figure> {
     let is_old = present.is_none();
     let unknown = if session.is_measuring() { "…" } else { "–" };
     let waits = if session.is_measuring() {
-        "It is being measured"
+        "Measuring…"
     } else {
-        "Measured when the run is finished, paused or stepped"
+        "Measured when the run finishes, pauses or is stepped"
     };
     let measured = |name, value: Option<f64>, digits: usize, meaning: String| Figure {
         name,
@@ -72,23 +72,26 @@ fn figures(session: &Session) -> Vec<Figure> {
         },
         meaning: match (metrics.is_some(), is_old) {
             (false, _) => format!("{meaning}\n{waits}"),
-            (true, true) => format!("{meaning}\nOf the last result that was measured; this one will be"),
+            (true, true) => {
+                format!("{meaning}\nThis value is from the last measured result; an update is pending")
+            }
             (true, false) => meaning,
         },
         is_old,
     };
-    let unit = "Lengths are in units of the longest edge of the input's box";
-    let mut overlap = "Intersection over union: the volume that primitives and input share, over the volume of \
-                       both together; 1 is perfect. The inside of a mesh is where its winding number is above ½"
+    let unit = "Lengths are in units of the longest edge of the input's bounding box";
+    let mut overlap = "Intersection over union: volume shared by primitives and input divided by \
+         the volume of their union; 1 is perfect. The inside of a mesh is where its winding \
+         number exceeds ½"
         .to_owned();
     if let Some(metrics) = metrics {
         overlap +=
             &metrics.iou_error.map_or_else(String::new, |error| format!("\nStandard error {error:.3}"));
         overlap += &metrics
             .iou_outside
-            .map_or_else(String::new, |iou| format!("\nAgainst the input with its hollows filled {iou:.3}"));
+            .map_or_else(String::new, |iou| format!("\nAgainst the input with cavities filled: {iou:.3}"));
         overlap +=
-            &metrics.iou_missing.as_ref().map_or_else(String::new, |why| format!("\nNone here: {why}"));
+            &metrics.iou_missing.as_ref().map_or_else(String::new, |why| format!("\nNot available: {why}"));
     }
     let state = session.snapshot.as_ref().map(|s| &s.abstraction);
     let share = state.map(|a| 100.0 * a.figures.unassigned as f64 / a.labels.len().max(1) as f64);
@@ -97,7 +100,7 @@ fn figures(session: &Session) -> Vec<Figure> {
             "Chamfer-L1",
             metrics.and_then(|m| m.chamfer_l1),
             5,
-            format!("Mean of accuracy and completeness: how far primitives and input are apart. {unit}"),
+            format!("Mean of accuracy and completeness: how far apart primitives and input are. {unit}"),
         ),
         measured(
             "Accuracy",
@@ -115,7 +118,7 @@ fn figures(session: &Session) -> Vec<Figure> {
         Figure {
             name: "Primitives",
             value: state.map_or_else(|| "–".to_owned(), |a| count(a.primitives.len())),
-            meaning: "Number of primitives in the present state".to_owned(),
+            meaning: "Number of primitives in the current state".to_owned(),
             is_old: false,
         },
         Figure {
@@ -148,7 +151,7 @@ fn remark(session: &Session) -> Option<String> {
         Ok(last) => {
             let why = last.iou_missing.as_ref()?;
             let filled = metrics(session).and_then(|m| m.iou_outside);
-            let filled = filled.map(|iou| format!("; with its hollows filled {iou:.3}"));
+            let filled = filled.map(|iou| format!("; with cavities filled {iou:.3}"));
             Some(format!("No IoU: {why}{}", filled.unwrap_or_default()))
         }
     }

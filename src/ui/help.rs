@@ -64,7 +64,7 @@ impl Help {
             .filter(|(_, lines)| !lines.is_empty())
             .collect();
         if tables.is_empty() {
-            ui.label(RichText::new("No key does that").color(Palette::of(ui).weak));
+            ui.label(RichText::new("No matching keys").color(Palette::of(ui).weak));
             return;
         }
         // Each table goes below the shortest column so far.
@@ -142,12 +142,12 @@ pub(super) fn about(ctx: &Context, session: &Session, actions: &mut Vec<Action>)
 
 fn about_text(ui: &mut egui::Ui, actions: &mut Vec<Action>) {
     ui.heading(concat!("Superform ", env!("CARGO_PKG_VERSION")));
-    ui.add(Label::new("Turns a 3D shape into a handful of tapered superquadrics.").wrap());
+    ui.add(Label::new("Turns a 3D shape into a small number of tapered superquadrics.").wrap());
     ui.add_space(6.0);
     ui.add(
         Label::new(
-            "It implements Wu, Liu, Ruan and Chirikjian, Primitive-based Shape Abstraction via \
-                     Nonparametric Bayesian Inference, ECCV 2022.",
+            "Implements Wu, Liu, Ruan and Chirikjian, Primitive-based Shape Abstraction via Nonparametric \
+             Bayesian Inference, ECCV 2022.",
         )
         .wrap(),
     );

@@ -49,7 +49,7 @@ fn list(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             let text = RichText::new(&step.label).color(weak).italics();
             let steps = undone.len() - index;
             let button = Button::new(text).shortcut_text(state_of(&step.document.timeline));
-            if ui.add(button).on_hover_text(format!("Do {} again", in_words(steps))).clicked() {
+            if ui.add(button).on_hover_text(format!("Redo {}", in_words(steps))).clicked() {
                 actions.push(Action::GoOn(steps));
                 ui.close();
             }
@@ -60,9 +60,9 @@ fn list(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             let button = Button::selectable(steps == 0, &step.label).shortcut_text(state_of(after));
             let response = ui.add(button);
             let hint = if steps == 0 {
-                "The last step".to_owned()
+                "Last step".to_owned()
             } else {
-                format!("Undo the {} after it", in_words(steps))
+                format!("Undo the {} steps after it", in_words(steps))
             };
             if response.on_hover_text(hint).clicked() {
                 actions.push(Action::GoBack(steps));
@@ -71,7 +71,7 @@ fn list(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         }
         let text = RichText::new("Beginning").color(weak);
         let response = ui.add(Button::selectable(done.is_empty(), text));
-        if response.on_hover_text("Undo everything").clicked() {
+        if response.on_hover_text("Undo all steps").clicked() {
             actions.push(Action::GoBack(done.len()));
             ui.close();
         }

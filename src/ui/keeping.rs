@@ -31,7 +31,7 @@ fn about_found(ctx: &Context, found: &[Found], actions: &mut Vec<Action>) {
         ui.add_space(4.0);
         let now = SystemTime::now();
         dialog_body(ui, BUTTONS, |ui| {
-            weak(ui, "Superform ended without being closed. Nothing was lost but, at most, the last step.");
+            weak(ui, "Superform did not close properly. At most the last step was lost.");
             ui.add_space(8.0);
             for session in found {
                 row(ui, session, now, actions);
@@ -39,8 +39,9 @@ fn about_found(ctx: &Context, found: &[Found], actions: &mut Vec<Action>) {
         });
         ui.add_space(8.0);
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
-            let later =
-                ui.button("Later").on_hover_text("Go on without it; it is offered again at the next start");
+            let later = ui
+                .button("Later")
+                .on_hover_text("Continue without it; it is offered again at the next start");
             if later.clicked() {
                 actions.push(Action::PutOffFound);
             }
@@ -64,12 +65,11 @@ fn row(ui: &mut Ui, session: &Found, now: SystemTime, actions: &mut Vec<Action>)
         weak(ui, &format!("Kept {}{steps}", ago(session.kept_at, now)));
         ui.add_space(6.0);
         ui.horizontal(|ui| {
-            let recover =
-                ui.button("Recover").on_hover_text("Open it as it was, with its history and branches");
+            let recover = ui.button("Recover").on_hover_text("Open it as it was, with history and branches");
             if recover.clicked() {
                 actions.push(Action::OpenSession(Opening::Recovered(session.id)));
             }
-            let discard = ui.button("Discard").on_hover_text("Delete it; it can't be had back");
+            let discard = ui.button("Discard").on_hover_text("Delete it permanently");
             if discard.clicked() {
                 actions.push(Action::DiscardFound(session.id));
             }
@@ -89,7 +89,7 @@ fn about_unsaved(ctx: &Context, parting: &Parting, actions: &mut Vec<Action>) {
         ui.heading(heading);
         ui.add_space(4.0);
         dialog_body(ui, BUTTONS, |ui| {
-            weak(ui, "It has changes that are in no file, and no journal could be written.");
+            weak(ui, "The session has unsaved changes, and the recovery journal could not be written.");
         });
         ui.add_space(10.0);
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center).with_main_wrap(true), |ui| {
@@ -98,9 +98,9 @@ fn about_unsaved(ctx: &Context, parting: &Parting, actions: &mut Vec<Action>) {
                     actions.push(Action::AnswerParting(answer));
                 }
             };
-            answer(ui, "Save", "Write the session to a file and go on", PartingAnswer::Save);
-            answer(ui, discard, "Lose what was changed", PartingAnswer::Discard);
-            answer(ui, "Cancel", "Stay here", PartingAnswer::Cancel);
+            answer(ui, "Save", "Save the session to a file and continue", PartingAnswer::Save);
+            answer(ui, discard, "Discard the changes", PartingAnswer::Discard);
+            answer(ui, "Cancel", "Return to the session", PartingAnswer::Cancel);
         });
     });
     if response.should_close() {

@@ -40,11 +40,8 @@ impl Log {
         self.header(ui, session, &shown, actions);
         ui.add_space(4.0);
         if shown.is_empty() {
-            let text = if session.messages.iter().len() == 0 {
-                "Nothing has happened yet"
-            } else {
-                "No message is like that"
-            };
+            let text =
+                if session.messages.iter().len() == 0 { "No messages yet" } else { "No matching messages" };
             ui.label(RichText::new(text).color(Palette::of(ui).weak));
         }
         ui.spacing_mut().item_spacing.y = 0.0;
@@ -69,8 +66,8 @@ impl Log {
                     actions.push(Action::Verb(Verb::ClearLog));
                 }
                 let copy = ui.add_enabled(!shown.is_empty(), egui::Button::new("Copy all"));
-                let copy = copy.on_disabled_hover_text("No message is listed");
-                if copy.on_hover_text("Copy the messages that are listed, oldest first").clicked() {
+                let copy = copy.on_disabled_hover_text("No messages listed");
+                if copy.on_hover_text("Copy the listed messages, oldest first").clicked() {
                     ui.ctx().copy_text(as_text(shown));
                 }
                 // What is left belongs to the filter and the search.
@@ -79,7 +76,7 @@ impl Log {
                     ui.scope(|ui| {
                         ui.spacing_mut().item_spacing.x = 3.0;
                         for (level, text, tooltip) in [
-                            (Level::Detail, "All", "Everything, also single steps"),
+                            (Level::Detail, "All", "Everything, including single steps"),
                             (Level::Note, "Notes", "Notes, warnings and errors"),
                             (Level::Warning, "Warnings", "Warnings and errors"),
                             (Level::Error, "Errors", "Errors only"),
@@ -93,7 +90,7 @@ impl Log {
                     let width = (ui.available_width() - 4.0).clamp(40.0, 260.0);
                     let field = TextEdit::singleline(&mut self.search).hint_text("Search the log");
                     ui.add(field.desired_width(width - 8.0))
-                        .on_hover_text("Only messages that contain this text");
+                        .on_hover_text("Show only messages that contain this text");
                 });
             });
         });
@@ -116,7 +113,7 @@ fn line(ui: &mut Ui, message: &Message) {
             let clock = RichText::new(message.clock()).monospace().color(palette.weak);
             ui.allocate_ui_with_layout(vec2(CLOCK, LINE), Layout::right_to_left(Align::Center), |ui| {
                 ui.set_min_width(CLOCK);
-                ui.label(clock).on_hover_text("Minutes and seconds since the program was started");
+                ui.label(clock).on_hover_text("Minutes and seconds since the program started");
             });
             let (mark, _) = ui.allocate_exact_size(vec2(8.0, LINE), Sense::hover());
             ui.painter().circle_filled(mark.center(), 3.0, color);

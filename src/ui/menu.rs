@@ -156,7 +156,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
 fn recent(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     let files = &session.window.recent;
     if files.is_empty() {
-        ui.label(RichText::new("No file was opened yet").color(Palette::of(ui).weak));
+        ui.label(RichText::new("No files opened yet").color(Palette::of(ui).weak));
         return;
     }
     for path in files.iter() {

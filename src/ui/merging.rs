@@ -36,7 +36,7 @@ pub(super) fn show(ctx: &Context, session: &Session, viewport: Rect, actions: &m
                     None => {
                         ui.horizontal(|ui| {
                             ui.spinner();
-                            ui.label("Judging a merge…");
+                            ui.label("Testing the merge…");
                         });
                     }
                 }
@@ -60,12 +60,13 @@ fn card(ui: &mut Ui, session: &Session, proposal: &MergeProposal, actions: &mut 
         ui.label(RichText::new(format!("into {}", proposal.into)).heading().color(palette.weak));
         ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
             let (text, color) = if proposal.is_acceptable {
-                ("The test accepts it", palette.good)
+                ("Recommended", palette.good)
             } else {
-                ("The test refuses it", palette.error)
+                ("Not recommended", palette.error)
             };
             ui.label(RichText::new(text).strong().color(color)).on_hover_text(
-                "What Merge all would do with this pair under the rule in force; you may decide otherwise",
+                "What Merge all would decide for this pair under the selected merging rule. You can decide \
+                 otherwise",
             );
         });
     });

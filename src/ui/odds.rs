@@ -1,5 +1,5 @@
-//! The odds of one point: what the next sweep would draw its table from, the
-//! paper's two equations with its numbers, and its labels so far.
+//! The odds of a point: what the next sweep would draw its table from, the paper's two equations
+//! with the numbers filled in, and its labels so far.
 
 use std::sync::Arc;
 
@@ -19,12 +19,12 @@ mod strip;
 
 /// Width of the card in logical pixels.
 const WIDTH: f32 = 384.0;
-/// Tables that are always shown.
+/// Number of tables that are always shown.
 const FEW: usize = 5;
-/// Samples whose tables are counted within a frame.
+/// Maximum number of samples for which the odds are computed within a frame.
 const QUICK: usize = 300_000;
 
-/// One of the tables that the point may sit down at.
+/// A table that the point could join.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Table {
     /// By the id of its primitive.
@@ -69,11 +69,11 @@ impl PartialEq for Key {
     }
 }
 
-/// What the card remembers.
+/// State of the card.
 #[derive(Debug, Default)]
 pub(super) struct OddsCard {
     found: Background<Key, Option<Explanation>>,
-    /// Whose terms are written out; those of the likeliest if none was chosen.
+    /// The table whose terms are shown; the likeliest if none is chosen.
     chosen: Option<Table>,
     shows_all: bool,
 }
@@ -128,12 +128,11 @@ impl OddsCard {
         let found = self.found.get(&key, window.as_ref(), work);
         let found = found.filter(|(of, _)| of.sample == sample && Arc::ptr_eq(&of.shape, loaded));
         let Some(explanation) = found.map(|(_, found)| Arc::clone(found)) else {
-            ui.label(RichText::new("Being computed…").color(weak));
+            ui.label(RichText::new("Computing…").color(weak));
             return;
         };
         let Some(explanation) = &*explanation else {
-            let text =
-                "Only the sampler draws labels: the method of this run gives its points by other rules.";
+            let text = "Only the sampler draws labels. The method of this run assigns points by other rules.";
             ui.add(Label::new(RichText::new(text).color(weak)).wrap());
             strip::show(ui, session, sample, actions);
             return;
@@ -170,7 +169,7 @@ impl OddsCard {
         }
     }
 
-    /// Folds the tables with the least odds, or shows them again.
+    /// Hides or shows the least likely tables.
     fn fold(&mut self, ui: &mut Ui, rest: &[&Odds]) {
         let text = if self.shows_all {
             "Show fewer".to_owned()
@@ -180,7 +179,7 @@ impl OddsCard {
         };
         let weak = Palette::of(ui).weak;
         let button = egui::Button::new(RichText::new(text).small().color(weak)).frame(false);
-        if ui.add(button).on_hover_text("Show or fold the tables with the least odds").clicked() {
+        if ui.add(button).on_hover_text("Show or hide the least likely tables").clicked() {
             self.shows_all = !self.shows_all;
         }
     }
@@ -193,7 +192,7 @@ fn row_of(explanation: &Explanation, table: Table) -> Option<Row<'_>> {
     }
 }
 
-/// Where it is and whose it is.
+/// Position and primitive of the point.
 fn place(ui: &mut Ui, session: &Session, loaded: &LoadedShape, explanation: &Explanation) {
     let weak = Palette::of(ui).weak;
     if let Some(p) = loaded.cloud.points.get(explanation.sample as usize) {
@@ -205,10 +204,10 @@ fn place(ui: &mut Ui, session: &Session, loaded: &LoadedShape, explanation: &Exp
         match explanation.present {
             Some(id) => {
                 rows::swatch(ui, session.color_of(id));
-                ui.label(format!("sits at primitive {id}"));
+                ui.label(format!("Assigned to primitive {id}"));
             }
             None => {
-                ui.label("has no table");
+                ui.label("Unassigned");
             }
         }
     });

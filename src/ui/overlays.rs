@@ -52,12 +52,11 @@ fn outdated(ctx: &Context, session: &Session, viewport: egui::Rect, actions: &mu
                 ui.horizontal(|ui| {
                     let palette = Palette::of(ui);
                     ui.label(RichText::new("Parameters changed").color(palette.warn))
-                        .on_hover_text("What is shown was made with other parameters or samples");
+                        .on_hover_text("The shown result was computed with different parameters or samples");
                     let text = RichText::new("Run").color(palette.on_accent).strong();
                     let run = ui.add(Button::new(text).fill(palette.accent));
-                    let run = run.accessible_name("Run with the changed parameters");
-                    if run.on_hover_text("Run with the parameters and samples as they are set now").clicked()
-                    {
+                    let run = run.accessible_name("Run with changed parameters");
+                    if run.on_hover_text("Run with the current parameters and samples").clicked() {
                         actions.push(Action::RunAsSet);
                     }
                 });

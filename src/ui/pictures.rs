@@ -37,7 +37,7 @@ enum Size {
 
 /// Named sizes of single pictures and of turntables.
 const PICTURE_SIZES: [(Size, &str); 4] = [
-    (Size::View, "As the view"),
+    (Size::View, "Same as view"),
     (Size::Fixed(1920, 1080), "1080p, 1920 × 1080"),
     (Size::Fixed(3840, 2160), "4K, 3840 × 2160"),
     (Size::Custom, "Custom"),
@@ -110,7 +110,7 @@ impl Pictures {
         path: &Path,
     ) -> Result<(), String> {
         let Some(studio) = &mut self.studio else {
-            return Err("there is no graphics driver to draw with".to_owned());
+            return Err("no graphics driver is available".to_owned());
         };
         let choice = match kind {
             PictureKind::Still => &self.picture,
@@ -148,13 +148,13 @@ impl Pictures {
         let response = Modal::new(Id::unique("picture")).frame(frame).show(ctx, |ui| {
             ui.set_width(widgets::dialog_width(ctx, WIDTH));
             ui.heading(match kind {
-                PictureKind::Still => "Save a picture of the 3D view",
-                PictureKind::Turntable => "Save a turntable",
+                PictureKind::Still => "Save picture of the 3D view",
+                PictureKind::Turntable => "Save turntable",
             });
             ui.add_space(6.0);
             widgets::dialog_body(ui, BUTTONS, |ui| {
                 if self.studio.is_none() {
-                    ui.label("There is no graphics driver to draw with.");
+                    ui.label("No graphics driver is available.");
                 } else {
                     self.settings(ui, kind);
                 }
@@ -164,9 +164,9 @@ impl Pictures {
                 let save = ui.add_enabled(self.studio.is_some(), Button::new("Choose file and save…"));
                 let what = match (kind, self.format) {
                     (PictureKind::Turntable, AnimationFormat::Pngs) => {
-                        "Asks for the folder and draws the pictures"
+                        "Choose a folder, then render the pictures"
                     }
-                    _ => "Asks for the file and draws the picture",
+                    _ => "Choose a file, then render the picture",
                 };
                 is_wanted = save.on_hover_text(what).clicked();
                 done = is_wanted || ui.button("Cancel").clicked();
@@ -204,10 +204,10 @@ impl Pictures {
             for (side, name) in shown.iter_mut().zip(["Width", "Height"]) {
                 let number = DragValue::new(side).range(LEAST_SIDE..=most).speed(4.0);
                 let response = ui.add_enabled(is_custom, number).accessible_name(name);
-                let text = format!("{name} in pixels, up to {most}");
+                let text = format!("{name} in pixels, at most {most}");
                 response
                     .on_hover_text(&text)
-                    .on_disabled_hover_text(format!("{text}; choose Custom to set it"));
+                    .on_disabled_hover_text(format!("{text}. Choose Custom to set it"));
                 if name == "Width" {
                     ui.label("×");
                 }
@@ -219,21 +219,19 @@ impl Pictures {
         if kind == PictureKind::Turntable {
             row(ui, "Frames", |ui, label| {
                 let number = DragValue::new(&mut self.frames).range(2..=720).speed(0.5);
-                ui.add(number).labelled_by(label).on_hover_text("Number of pictures in a whole turn");
+                ui.add(number).labelled_by(label).on_hover_text("Number of pictures in a full turn");
             });
-            row(ui, "Seconds a turn", |ui, label| {
+            row(ui, "Seconds per turn", |ui, label| {
                 let number = DragValue::new(&mut self.seconds).range(0.5..=120.0).speed(0.05).max_decimals(1);
-                ui.add(number)
-                    .labelled_by(label)
-                    .on_hover_text("How long a whole turn takes when it is played");
+                ui.add(number).labelled_by(label).on_hover_text("Duration of a full turn");
             });
-            row(ui, "Kept as", |ui, _| {
+            row(ui, "Format", |ui, _| {
                 for (format, text, tooltip) in [
-                    (AnimationFormat::Gif, "GIF", "One file that plays for ever, with 256 colours a picture"),
+                    (AnimationFormat::Gif, "GIF", "One looping file with 256 colours per frame"),
                     (
                         AnimationFormat::Pngs,
                         "PNG pictures",
-                        "A folder of numbered pictures in full colour, for a film",
+                        "A folder of numbered full-colour pictures, for example for a video",
                     ),
                 ] {
                     ui.radio_value(&mut self.format, format, text).on_hover_text(tooltip);
@@ -242,7 +240,7 @@ impl Pictures {
         }
         row(ui, "", |ui, _| {
             ui.checkbox(&mut choice.transparent, "Transparent background")
-                .on_hover_text("Without background and ground grid, to be laid over something else");
+                .on_hover_text("Without background and ground grid");
         });
     }
 
@@ -270,13 +268,14 @@ impl Pictures {
                         let text = if all > 1 {
                             format!("Turntable, {done} of {all}")
                         } else {
-                            "Drawing the picture".to_owned()
+                            "Rendering the picture".to_owned()
                         };
                         ui.add(Label::new(text));
                         if all > 1 {
                             ui.add(ProgressBar::new(done as f32 / all as f32).desired_width(130.0));
                         }
-                        is_cancelled = ui.button("Cancel").on_hover_text("Nothing is written").clicked();
+                        is_cancelled =
+                            ui.button("Cancel").on_hover_text("Stop without writing anything").clicked();
                     });
                 });
             });

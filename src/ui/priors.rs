@@ -18,9 +18,9 @@ pub(super) fn tables(ui: &mut Ui, session: &Session, params: &Params) {
     let number = if tables < 99.5 { format!("{tables:.1}") } else { count(tables.round() as usize) };
     note(
         ui,
-        &format!("≈ {number} tables a priori for {} samples", count(samples)),
-        "The number of primitives that the Chinese Restaurant Process makes expect for so many samples before it \
-         has seen where they lie: Σ α/(α + i), i = 0 … N − 1",
+        &format!("≈ {number} primitives expected for {} samples", count(samples)),
+        "Number of primitives that the Chinese Restaurant Process expects a priori for this many samples: Σ \
+         α/(α + i), i = 0 … N − 1",
     );
 }
 
@@ -32,16 +32,16 @@ pub(super) fn distance(ui: &mut Ui, session: &Session, params: &Params) {
     }
     let distance = new_table_distance(params.alpha, params.p0, usual.points, usual.sigma * usual.scale);
     let text = match distance {
-        Some(distance) => format!("a new table wins beyond {}", length(distance / usual.scale)),
-        None => "a new table wins everywhere".to_owned(),
+        Some(distance) => format!("new primitive preferred beyond {}", length(distance / usual.scale)),
+        None => "new primitive always preferred".to_owned(),
     };
     note(
         ui,
         &text,
         &format!(
-            "The distance from a primitive's surface, in the file's units, at which a new table has as much weight \
-             as one with the mean number of points n and the median noise σ of this state (n = {}, σ = {}): \
-             n · N(d; σ) · ½ = α · p0",
+            "Distance from a primitive's surface, in the file's units, beyond which a new primitive has \
+             more weight than an existing one with the mean number of points n and the median noise σ of \
+             this state (n = {}, σ = {}): n · N(d; σ) · ½ = α · p0",
             count(usual.points.round() as usize),
             length(usual.sigma)
         ),

@@ -61,7 +61,7 @@ pub(super) fn status(ui: &mut Ui, session: &Session) {
             Activity::Loading => (palette.accent, "Loading"),
             Activity::Running => (palette.good, "Running"),
             Activity::Merging => (palette.good, "Merging"),
-            Activity::Renewing => (palette.accent, "Renewing"),
+            Activity::Renewing => (palette.accent, "Updating"),
             Activity::Writing => (palette.accent, "Writing"),
             Activity::Idle => match session.phase() {
                 None => (palette.weak, "No shape"),
@@ -78,7 +78,7 @@ pub(super) fn status(ui: &mut Ui, session: &Session) {
             let seconds = snapshot.elapsed.as_secs_f64();
             let primitives = if figures.clusters == 1 { "primitive" } else { "primitives" };
             for (text, tooltip) in [
-                (format!("{} {primitives}", count(figures.clusters)), "Primitives in the present state"),
+                (format!("{} {primitives}", count(figures.clusters)), "Primitives in the current state"),
                 (
                     format!(
                         "{} of {} unassigned",
@@ -91,10 +91,7 @@ pub(super) fn status(ui: &mut Ui, session: &Session) {
                     format!("mean error {}", length(figures.mean_distance)),
                     "Mean distance of the assigned samples to their primitive, in the file's units",
                 ),
-                (
-                    format!("{seconds:.2} s"),
-                    "Computing time of this run; pauses and the pace are not counted",
-                ),
+                (format!("{seconds:.2} s"), "Computing time of this run, without pauses and display delays"),
             ] {
                 ui.separator();
                 ui.label(RichText::new(text).color(palette.weak)).on_hover_text(tooltip);

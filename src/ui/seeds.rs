@@ -51,8 +51,8 @@ impl SeedStrip {
             header(ui, session, actions);
             ui.add_space(4.0);
             if session.seeds.wanted() == 0 {
-                let text = "Runs with other seeds show how much of a result is chance. They are made in the \
-                            background, with the present parameters and samples.";
+                let text = "Runs with other seeds show how much of a result is due to chance. \
+                     They run in the background with the current parameters and samples.";
                 ui.add(Label::new(RichText::new(text).color(Palette::of(ui).weak)).wrap());
             } else {
                 self.cards(ui, session, actions);
@@ -138,15 +138,17 @@ impl SeedStrip {
             }
         }
         let how = match result.measurement.as_ref().map(|m| &m.result) {
-            Some(Ok(_)) => "Chamfer-L1 is in units of the input's longest edge".to_owned(),
+            Some(Ok(_)) => {
+                "Chamfer-L1 is in units of the longest edge of the input's bounding box".to_owned()
+            }
             Some(Err(why)) => {
-                format!("Not measured: {why}. The error is the mean distance in the file's units")
+                format!("Not measured: {why}. The error is the mean distance, in the file's units")
             }
             None => {
-                "The error is the mean distance in the file's units; Chamfer-L1 is being measured".to_owned()
+                "The error is the mean distance, in the file's units. Chamfer-L1 is being measured".to_owned()
             }
         };
-        response.on_hover_text(format!("Click to show this run as a branch of its own.\n{how}"));
+        response.on_hover_text(format!("Click to open this run as a branch.\n{how}"));
     }
 }
 
@@ -157,7 +159,7 @@ fn pending(ui: &mut Ui, progress: Option<(u64, f32)>, size: egui::Vec2) {
     let stroke = ui.visuals().widgets.noninteractive.bg_stroke;
     ui.painter().rect_stroke(rect, 5.0, stroke, StrokeKind::Inside);
     let Some((seed, share)) = progress else { return };
-    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("Seed {seed} is being run")));
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("Running seed {seed}")));
     let font = FontId::proportional(12.0);
     ui.painter().text(
         rect.center() - vec2(0.0, 10.0),
@@ -187,8 +189,8 @@ fn header(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ui.label(RichText::new(text).small().color(palette.weak));
         }
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            let close = ui.add(Button::new("×").frame(false)).accessible_name("Close the seeds");
-            if close.on_hover_text("Close; the runs stay").clicked() {
+            let close = ui.add(Button::new("×").frame(false)).accessible_name("Close seeds");
+            if close.on_hover_text("Close this panel; the runs are kept").clicked() {
                 actions.push(Action::Verb(Verb::ShowSeeds));
             }
             let verb = if seeds.is_running() { Verb::StopSeeds } else { Verb::RunSeeds };
@@ -208,12 +210,16 @@ fn status(session: &Session) -> Option<String> {
     match (seeds.is_running(), wanted) {
         (_, 0) => None,
         (true, _) if done < wanted => Some(format!("{done} of {wanted}")),
-        (true, _) => Some(format!("measured {measured} of {wanted}")),
+        (true, _) => Some(format!("{measured} of {wanted} measured")),
         (false, _) if done < wanted => Some(format!("stopped after {done} of {wanted}")),
         (false, _) => {
             let k: Vec<usize> = seeds.results().iter().map(SeedResult::primitives).collect();
             let (least, most) = (k.iter().min()?, k.iter().max()?);
-            Some(if least == most { format!("all with K {least}") } else { format!("K {least} to {most}") })
+            Some(if least == most {
+                format!("K {least} in all runs")
+            } else {
+                format!("K {least} to {most}")
+            })
         }
     }
 }
@@ -231,7 +237,7 @@ fn order(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 }
             }
         });
-    combo.response.accessible_name("Order of the seeds").on_hover_text(present.tooltip());
+    combo.response.accessible_name("Sort seeds by").on_hover_text(present.tooltip());
 }
 
 /// Switches the colours of the points to where the runs disagree, and back.

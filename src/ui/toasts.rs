@@ -186,7 +186,7 @@ fn draw(
     let shown = frame.show(ui, |ui| {
         ui.set_width(ui.available_width());
         ui.with_layout(Layout::right_to_left(Align::Min), |ui| {
-            closed = close_button(ui, "Close the note").clicked();
+            closed = close_button(ui, "Close notification").clicked();
             ui.with_layout(Layout::top_down(Align::Min), |ui| {
                 let what = match times {
                     1 => message.what.clone(),

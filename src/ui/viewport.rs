@@ -132,7 +132,7 @@ fn mark(ui: &Ui, view: &SceneView<'_>, frame: &Frame, rect: egui::Rect) {
 
 /// What to do when there is nothing to see.
 fn empty(ui: &Ui, view: &SceneView<'_>, rect: egui::Rect) {
-    let text = if view.is_loading { "Loading…" } else { "Open a shape, or drop a file here" };
+    let text = if view.is_loading { "Loading…" } else { "Open a shape or drop a file here" };
     let font = egui::FontId::proportional(15.0);
     ui.painter().text(rect.center(), egui::Align2::CENTER_CENTER, text, font, Palette::of(ui).weak);
 }

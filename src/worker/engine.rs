@@ -255,7 +255,7 @@ impl<M: Machine> Engine<M> {
     /// Whether they were taken.
     fn set_params(&mut self, params: Params) -> bool {
         if let Err(error) = params.check() {
-            self.fail("The parameters were not taken", error);
+            self.fail("Invalid parameters", error);
             return false;
         }
         self.params = params;
@@ -263,7 +263,7 @@ impl<M: Machine> Engine<M> {
             && let Err(error) = present.machine.set_params(params)
         {
             let error = source::chain(&error);
-            self.fail("The parameters were not taken", error);
+            self.fail("Invalid parameters", error);
             return false;
         }
         true
@@ -271,7 +271,7 @@ impl<M: Machine> Engine<M> {
 
     fn begin(&mut self, work: Work) {
         if self.present.is_none() {
-            self.fail("There is nothing to run", "no shape is loaded; open one first");
+            self.fail("Nothing to run", "no shape is loaded; open one first");
             return;
         }
         self.work = work;
@@ -287,7 +287,7 @@ impl<M: Machine> Engine<M> {
     fn export(&mut self, request: &ExportRequest) {
         self.emit(Event::Activity(Activity::Writing));
         let ExportRequest { path, format, .. } = request;
-        let failure = format!("{} could not be written", path.display());
+        let failure = format!("Cannot write {}", path.display());
         let outcome = guarded(|| source::export(request).map_err(|error| Stop::trouble(failure, error)));
         match outcome {
             Ok(notes) => self.emit(Event::Written { path: path.clone(), format: *format, notes }),
@@ -327,7 +327,7 @@ impl<M: Machine> Engine<M> {
         let number = request.number;
         if !self.seeds.ask(request, like) {
             self.emit(Event::Seeds { request: number, news: SeedNews::Over });
-            self.fail("No other seeds can be run", "the operating system gave no threads for it");
+            self.fail("Cannot run other seeds", "the operating system could not start the threads");
         }
     }
 

@@ -91,7 +91,7 @@ impl Measurer {
                 .map_err(|e| e.to_string())
         });
         if let Err(error) = &started {
-            tracing::warn!("states are not measured: {error}");
+            tracing::warn!("states will not be measured: {error}");
         }
         Self { jobs: started.ok().map(|_| jobs) }
     }
@@ -217,7 +217,6 @@ pub(super) fn measured(
 
 fn guarded<T>(work: impl FnOnce() -> T) -> Result<T, String> {
     caught(work).map_err(|_| {
-        "the program made a mistake on measuring; please report this, with the shape and the parameters"
-            .to_owned()
+        "internal error while measuring; please report it with the shape and the parameters".to_owned()
     })
 }

@@ -89,7 +89,7 @@ fn start<M: Machine>(wake: Arc<Wake>) -> std::io::Result<Started> {
             // The loop is one of the pool's threads: while it computes, all cores do.
             Ok(pool) => pool.install(|| Engine::<M>::new(incoming, outgoing, wake).run()),
             Err(error) => {
-                tracing::warn!("the sampler has no threads of its own: {error}");
+                tracing::warn!("cannot start the sampler's thread pool: {error}");
                 Engine::<M>::new(incoming, outgoing, wake).run();
             }
         };
@@ -190,7 +190,7 @@ impl Worker {
             let heard: Vec<Event> = told.into_iter().filter_map(|told| self.hear(told)).collect();
             if !heard.iter().any(|event| matches!(event, Event::Ended { who: Helper::Sampler, .. })) {
                 self.take_over();
-                let error = "its thread is gone".to_owned();
+                let error = "its thread has stopped".to_owned();
                 self.early.push_back(Event::Ended { who: Helper::Sampler, error });
             }
             self.early.extend(heard);
@@ -230,7 +230,7 @@ impl Worker {
                 }
             }
             // The next order tries again.
-            Err(error) => tracing::error!("no thread takes the place of the worker's: {error}"),
+            Err(error) => tracing::error!("cannot restart the worker's thread: {error}"),
         }
     }
 }

@@ -15,7 +15,7 @@ use super::{Told, Wake};
 use crate::geometry::palette::Colors;
 use crate::inference::{Abstraction, Cancel, Occurrence, Params, align_labels};
 
-const WHAT: &str = "The runs with other seeds could not be made";
+const WHAT: &str = "Cannot run other seeds";
 /// Labels that the states of one run may hold together; where they would hold
 /// more, only the first and the last state are kept.
 const MOST_LABELS: usize = 1 << 22;
@@ -58,7 +58,7 @@ impl<M: Machine> SeedRunner<M> {
                     .map_err(|e| e.to_string())
             });
         if let Err(error) = &started {
-            tracing::warn!("no runs with other seeds: {error}");
+            tracing::warn!("cannot start threads for seed runs: {error}");
         }
         Self { jobs: started.ok().map(|_| jobs), cancel: Cancel::default() }
     }

@@ -32,7 +32,7 @@ impl Stop {
 }
 
 /// What [`Event::Failed`](super::Event::Failed) says after a panic.
-pub const FAULT: &str = "The sampler stopped at an unexpected fault";
+pub const FAULT: &str = "The sampler stopped after an internal error";
 
 /// Runs `work`, and turns a panic into trouble that can be reported.
 pub(super) fn guarded<T>(work: impl FnOnce() -> Result<T, Stop>) -> Result<T, Stop> {

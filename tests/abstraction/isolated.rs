@@ -97,7 +97,7 @@ fn a_share_is_told_and_keeping_them_keeps_all() {
     let note = cloud.part.note().unwrap();
     assert_eq!(
         note,
-        format!("1,{:03} of 7,500 points are isolated, outliers, and were left out", isolated - 1000)
+        format!("1,{:03} of 7,500 points are isolated outliers and were left out", isolated - 1000)
     );
     let options = SamplingOptions { isolated: Isolated::Keep, ..SamplingOptions::default() };
     let all = sample_cloud(&input, &options).unwrap();

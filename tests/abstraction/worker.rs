@@ -247,9 +247,7 @@ fn a_shape_that_has_changed_or_gone_is_not_taken_and_said_so() {
     // Another file under the same name, of the same size and number of points; then none.
     let other = String::from_utf8(tube()).unwrap().replacen("9 9 9", "9 9 8", 1);
     std::fs::write(&shape, other).unwrap();
-    for words in
-        [["tube.xyz has another content", "segmented cloud"], ["it is not at", "bring the primitives in"]]
-    {
+    for words in [["the content of tube.xyz", "segmented cloud"], ["not found at", "import them"]] {
         let (loaded, state) = opened(&mut worker, &place.join("out"));
         assert_eq!(loaded.shape.path, None);
         assert!(words.iter().all(|word| note(&loaded).contains(word)), "{}", note(&loaded));
@@ -271,7 +269,11 @@ fn a_shape_that_has_changed_or_gone_is_not_taken_and_said_so() {
     let text = std::fs::read_to_string(&report).unwrap();
     std::fs::write(&report, text.replacen("\"seed\": 5", "\"seed\": 6", 2)).unwrap();
     let (loaded, _) = opened(&mut worker, &place.join("out"));
-    assert!(note(&loaded).contains("report.json beside them is of another run"), "{}", note(&loaded));
+    assert!(
+        note(&loaded).contains("report.json next to them belongs to a different run"),
+        "{}",
+        note(&loaded)
+    );
 }
 
 #[test]
@@ -440,7 +442,7 @@ fn primitives_of_a_file_take_the_place_of_the_present_ones() {
     let event =
         std::iter::from_fn(|| worker.next_event(PATIENCE)).find(|e| matches!(e, Event::Failed { .. }));
     let Some(Event::Failed { what, error }) = event else { unreachable!() };
-    assert!(what.contains("could not be brought in") && error.contains("line 1"), "{what}: {error}");
+    assert!(what.contains("Cannot import primitives") && error.contains("line 1"), "{what}: {error}");
     until_idle(&mut worker);
     worker.send(Command::Extend(1));
     assert_eq!(until_idle(&mut worker).pop().unwrap().abstraction.iteration, 1);

@@ -107,7 +107,7 @@ fn a_bad_file_stops_nobody_else_and_the_exit_status_counts() {
     fs::remove_file(folder.join("shapes/bad.obj")).unwrap();
     write_box(&folder.join("shapes/bad.obj"), 8);
     let (said, progress) = done(folder, &args);
-    assert!(said.contains("4 jobs: 4 done, 2 of them before"), "{said}");
+    assert!(said.contains("4 jobs: 4 done, 2 of them earlier"), "{said}");
     assert!(!progress.contains("] a:") && progress.contains("[3/4]"), "{progress}");
     assert_eq!(column(&table(&folder.join("out/results.csv")), "status"), ["ok"; 4]);
 }
@@ -210,7 +210,7 @@ fn a_manifest_says_what_each_job_is() {
         folder,
         &[&["run", "--manifest", "lists/jobs.csv", "-o", "parts", "--alpha", "0.7"], &QUICK[..]].concat(),
     );
-    assert!(progress.contains("4 of 4 jobs were done before"), "{progress}");
+    assert!(progress.contains("4 of 4 jobs were already done"), "{progress}");
 }
 
 fn run_part(folder: &Path, manifest: &str, out: &str, part: &[&str]) {
@@ -258,19 +258,22 @@ fn what_makes_no_sense_is_refused_before_anything_runs() {
     for (args, words) in [
         (&["shapes/*.ply"][..], "the pattern shapes/*.ply matches no shape"),
         (&["shapes/none"], ""),
-        (&["."], "there is no shape in the folder"),
-        (&["--manifest", "gone.csv"], "can't read the manifest gone.csv"),
-        (&["--manifest", "column.csv"], "column.csv, line 1: there is no column “alpah”"),
+        (&["."], "no shapes in the folder"),
+        (&["--manifest", "gone.csv"], "cannot read the manifest gone.csv"),
+        (&["--manifest", "column.csv"], "column.csv, line 1: unknown column “alpah”"),
         (&["--manifest", "value.csv"], "value.csv, line 4, column alpha: alpha is -3, but must lie between"),
         (&["--manifest", "word.jsonl"], "word.jsonl, line 1, column points: “many” is not a whole number"),
-        (&["--manifest", "unread.csv"], "line 2, column alpha: the method kmeans does not read alpha"),
-        (&["--manifest", "twice.csv"], "line 3, column name: line 2 has the name"),
-        (&["--manifest", "good.csv", "--sweep", "alpha=1,2"], "line 2, column alpha: --sweep has values"),
+        (&["--manifest", "unread.csv"], "line 2, column alpha: the method kmeans does not use alpha"),
+        (&["--manifest", "twice.csv"], "already used in line 2"),
+        (
+            &["--manifest", "good.csv", "--sweep", "alpha=1,2"],
+            "line 2, column alpha: --sweep also sets alpha",
+        ),
         (&["--manifest", "good.csv", "shapes/a.xyz"], "cannot be used with"),
         (&["shapes", "--sweep", "alpha=0.1,900"], "--sweep alpha: alpha is 900, but must lie between"),
-        (&["shapes", "--sweep", "alpah=1"], "“alpah” is no setting"),
+        (&["shapes", "--sweep", "alpah=1"], "“alpah” is not a setting"),
         (&["shapes", "--sweep", "alpha=1", "shapes"], "write inputs before --sweep"),
-        (&["shapes", "--method", "kmeans", "--alpha", "1"], "none of the methods reads --alpha"),
+        (&["shapes", "--method", "kmeans", "--alpha", "1"], "none of the methods uses --alpha"),
         (&["shapes", "--shard", "2/2"], "shards are counted from 0"),
         (&["shapes", "--lines", "3..2"], "counted from 1"),
         (&["shapes", "--jobs", "0"], "a whole number from 1"),
@@ -285,7 +288,7 @@ fn what_makes_no_sense_is_refused_before_anything_runs() {
     }
     let output = superform(folder, &["merge-results", "shapes"]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(text(&output.stderr).contains("there are no results in shapes"));
+    assert!(text(&output.stderr).contains("no results in shapes"));
 }
 
 /// Elsewhere files can't have such names in the first place.
@@ -402,12 +405,12 @@ fn more_files_are_written_for_each_shape_and_belong_to_what_is_finished() {
         assert!(fs::read_dir(out.join("robot_meshes")).unwrap().count() > 0);
     }
     let again = run("robot.urdf,labels.csv");
-    assert!(again.contains("3 of them before"), "{again}");
+    assert!(again.contains("3 of them earlier"), "{again}");
     // A mesh that has gone makes its job unfinished.
     let mesh = fs::read_dir(folder.join("out/b/robot_meshes")).unwrap().next().unwrap().unwrap().path();
     fs::remove_file(&mesh).unwrap();
     let again = run("robot.urdf,labels.csv");
-    assert!(again.contains("2 of them before") && mesh.is_file(), "{again}");
+    assert!(again.contains("2 of them earlier") && mesh.is_file(), "{again}");
     // Other files are another job, and those of before go.
     run("points.npz");
     assert!(folder.join("out/a/points.npz").is_file() && !folder.join("out/a/robot.urdf").exists());

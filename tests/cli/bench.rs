@@ -45,14 +45,14 @@ fn a_benchmark_goes_on_where_it_was_and_makes_no_run_twice() {
 
     // The same again: nothing is run, the table is the same.
     let again = bench(folder, &["list.csv", "--seeds", "1..2", "-o", "out"]);
-    assert!(text(&again.stderr).contains("4 of 4 runs were made before"), "{}", text(&again.stderr));
+    assert!(text(&again.stderr).contains("4 of 4 runs were already finished"), "{}", text(&again.stderr));
     assert_eq!((lines(&runs), &again.stdout), (made.clone(), &first.stdout));
     assert_eq!(fs::read(folder.join("out/table.csv")).unwrap(), table);
 
     // One run was lost, another is new.
     fs::write(&runs, made[1..].join("\n") + "\n" + &made[0][..40]).unwrap();
     let more = bench(folder, &["list.csv", "--seeds", "1..3", "-o", "out"]);
-    assert!(text(&more.stderr).contains("3 of 6 runs were made before"), "{}", text(&more.stderr));
+    assert!(text(&more.stderr).contains("3 of 6 runs were already finished"), "{}", text(&more.stderr));
     let now = lines(&runs);
     let figures = |line: &str| {
         let mut row: Value = serde_json::from_str(line).unwrap();
@@ -64,11 +64,11 @@ fn a_benchmark_goes_on_where_it_was_and_makes_no_run_twice() {
 
     // Other settings are other runs; so is another content of the same file.
     let other = bench(folder, &["list.csv", "--seeds", "1", "-o", "out", "--alpha", "0.7"]);
-    assert!(!text(&other.stderr).contains("made before"), "{}", text(&other.stderr));
+    assert!(!text(&other.stderr).contains("already finished"), "{}", text(&other.stderr));
     let cloud = folder.join("shapes/cloud.xyz");
     fs::write(&cloud, fs::read_to_string(&cloud).unwrap() + "0 0 0\n").unwrap();
     let other = bench(folder, &["list.csv", "--seeds", "1", "-o", "out"]);
-    assert!(!text(&other.stderr).contains("made before"), "{}", text(&other.stderr));
+    assert!(!text(&other.stderr).contains("already finished"), "{}", text(&other.stderr));
 }
 
 #[test]
@@ -171,7 +171,7 @@ fn a_run_that_fails_is_told_and_the_others_count() {
     assert_eq!(output.status.code(), Some(1));
     let message = text(&output.stderr);
     assert!(message.contains("tiny, default, seed 1: there are 3 distinct points"), "{message}");
-    assert!(message.contains("a run failed; the table is without it"), "{message}");
+    assert!(message.contains("one run failed and is missing from the table"), "{message}");
     assert!(text(&output.stdout).contains("| chair"));
     let table: Value = serde_json::from_slice(&fs::read(folder.join("out/table.json")).unwrap()).unwrap();
     assert_eq!(table["failures"][0]["shape"], "tiny");
@@ -185,9 +185,9 @@ fn command_lines_that_make_no_sense_are_refused() {
     for (args, code, words) in [
         (&[][..], 2, "required"),
         (&["list.csv", "--methods", "best"], 2, "without-merge"),
-        (&["list.csv", "--seeds", "3..1"], 2, "no range"),
+        (&["list.csv", "--seeds", "3..1"], 2, "is not a range"),
         (&["list.csv", "--alpha", "-1"], 2, "alpha is -1"),
-        (&["list.csv", "--methods", "ems"], 2, "none of the methods reads --iterations"),
+        (&["list.csv", "--methods", "ems"], 2, "none of the methods uses --iterations"),
         (&["list.csv", "--primitive-cost", "0"], 2, "cost"),
         (&["list.csv", "--vary-clusters", "5"], 2, "--scaling"),
         (&["--scaling", "--jobs", "2"], 2, "--jobs"),
@@ -267,6 +267,6 @@ fn an_interrupted_benchmark_stops_cleanly() {
     assert!(Command::new("kill").args(["-INT", &child.id().to_string()]).status().unwrap().success());
     assert_eq!(child.wait().unwrap().code(), Some(130));
     let last = errors.lines().map_while(Result::ok).last().unwrap();
-    assert!(last.contains("the same command goes on"), "{last}");
+    assert!(last.contains("repeat the command to resume"), "{last}");
     assert!(!folder.join("out/table.md").exists());
 }

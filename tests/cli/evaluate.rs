@@ -84,10 +84,10 @@ fn what_is_no_file_of_primitives_is_refused_with_the_place() {
     let half = complaint(&text[..text.len() / 2]);
     assert!(half.starts_with("F, line ") && half.contains("EOF"), "{half}");
     assert!(complaint("{\"a\": 1}").contains("its \"format\" is not \"superform-primitives\""));
-    assert!(complaint("v 0 0 0\n").contains("F, line 1: “v” is no number"));
+    assert!(complaint("v 0 0 0\n").contains("F, line 1: “v” is not a number"));
     assert!(complaint("[]").contains("F, line 1"));
     let missing = io::read_primitives(Path::new("nowhere.json")).unwrap_err().to_string();
-    assert!(missing.contains("can't open nowhere.json"), "{missing}");
+    assert!(missing.contains("cannot open nowhere.json"), "{missing}");
 
     let changed = |change: &dyn Fn(&mut Value)| {
         let mut value = stored();
@@ -102,9 +102,9 @@ fn what_is_no_file_of_primitives_is_refused_with_the_place() {
             "version is 7, but only version 1",
         ),
         (&|v| drop(v.as_object_mut().unwrap().remove("points")), "missing field `points`"),
-        (&|v| v["points"] = json!(3), "more points than the cloud"),
-        (&|v| at(v, "eps", json!([0.0, 1.0])), "the exponent 0 is not above 0"),
-        (&|v| at(v, "scale", json!([1.0, -2.0, 1.0])), "the semi-axis -2 is not above 0"),
+        (&|v| v["points"] = json!(3), "more points than their cloud"),
+        (&|v| at(v, "eps", json!([0.0, 1.0])), "the exponent 0 is not greater than 0"),
+        (&|v| at(v, "scale", json!([1.0, -2.0, 1.0])), "the semi-axis -2 is not greater than 0"),
         (&|v| at(v, "scale", json!([1.0, 2.0])), "array of length 3"),
         (&|v| at(v, "taper", json!([0.0, 1.5])), "the taper 1.5 is not between"),
         (&|v| at(v, "rotation", json!([[1, 0, 0], [0, 1, 0], [0, 0, 2]])), "is not a rotation"),
@@ -153,7 +153,7 @@ fn the_command_prints_a_table_or_json() {
     let (table, notes) =
         (String::from_utf8(output.stdout).unwrap(), String::from_utf8(output.stderr).unwrap());
     assert!(!table.contains("IoU outside"), "{table}");
-    assert!(table.contains("encloses no volume") && notes.contains("its spacing"), "{table}{notes}");
+    assert!(table.contains("encloses no volume") && notes.contains("point spacing"), "{table}{notes}");
 }
 
 #[test]
@@ -164,7 +164,7 @@ fn the_command_refuses_what_it_can_not_measure() {
         (vec!["evaluate", &result], 2, "--reference"),
         (vec!["evaluate", &result, "--reference", &chair, "--samples", "7"], 2, "samples is 7"),
         (vec!["evaluate", &chair, "--reference", &chair], 1, "chair.obj, line 2"),
-        (vec!["evaluate", &result, "--reference", "missing.obj"], 1, "can't open missing.obj"),
+        (vec!["evaluate", &result, "--reference", "missing.obj"], 1, "cannot open missing.obj"),
     ] {
         let output = superform(&args);
         let message = String::from_utf8(output.stderr).unwrap();

@@ -61,8 +61,8 @@ fn the_list_holds_every_format_and_odd_names_are_refused() {
         assert!(list.lines().any(|line| line.trim_start().starts_with(format.name())), "{format}");
     }
     for (args, words) in [
-        (&["export", "out", "-o", "x.docx"][..], "x.docx does not tell its format"),
-        (&["export", "out", "-o", "x.ply", "--format", "word"], "word is no format"),
+        (&["export", "out", "-o", "x.docx"][..], "cannot tell the format of x.docx"),
+        (&["export", "out", "-o", "x.ply", "--format", "word"], "word is not a format"),
         (&["export", "out", "-o", "x.ply", "--density", "0"], "density"),
         (&["export", "out"], "--output"),
         (&["run", "a.obj", "-o", "out", "--export", "x.docx"], "x.docx"),
@@ -114,7 +114,7 @@ fn robots_are_in_metres() {
         assert!((ratio - 0.001).abs() < 1e-8, "{mesh}: {ratio}");
     }
     let said = export("tiny.xml", &["--scale", "1e-6"]);
-    assert!(said.contains("MuJoCo refuses") && said.contains("a scale of 0.001"), "{said}");
+    assert!(said.contains("MuJoCo rejects") && said.contains("a scale of 0.001"), "{said}");
     for args in [["--scale", "0"], ["--scale", "nan"], ["--unit", "parsec"]] {
         refused(folder.path(), &[&["export", "balls.csv", "-o", "x.urdf"], &args[..]].concat(), 2);
     }
@@ -165,7 +165,7 @@ mod places {
         assert!(text.contains("\nf ") && !text.contains("mtllib"), "{text:.300}");
         assert!(String::from_utf8(output.stderr).unwrap().contains("colours"));
         let problem = refused(folder.path(), &["export", "out", "-o", "-", "--format", "urdf"], 1);
-        assert!(problem.contains("name a file"), "{problem}");
+        assert!(problem.contains("give a file name"), "{problem}");
         let problem =
             refused(folder.path(), &["export", "out", "-o", "-", "/dev/fd/1", "--format", "csv"], 1);
         assert!(problem.contains("only one file"), "{problem}");
@@ -175,7 +175,7 @@ mod places {
             &["bench", "in.xyz", "-o", "-"],
         ] {
             let problem = refused(folder.path(), args, 2);
-            assert!(problem.contains("name a folder"), "{problem}");
+            assert!(problem.contains("give a folder"), "{problem}");
         }
         assert!(!at("-").exists() && !at("out.json").exists() && !at("-.mtl").exists());
     }
@@ -199,7 +199,7 @@ mod places {
         if Path::new("/dev/full").exists() {
             symlink("/dev/full", at("full.json")).unwrap();
             let problem = refused(folder.path(), &["export", "out", "-o", "full.json"], 1);
-            assert!(problem.contains("full.json") && problem.contains("make room"), "{problem}");
+            assert!(problem.contains("full.json") && problem.contains("free some space"), "{problem}");
             assert!(fs::symlink_metadata(at("full.json")).unwrap().is_symlink());
         }
         // What was there stays before what is appended.
@@ -232,9 +232,9 @@ mod places {
         }
         assert_eq!(fs::metadata(at("deep/old.json")).unwrap().permissions().mode() & 0o777, 0o640);
         let problem = refused(folder.path(), &["export", "out", "-o", "folder.json"], 1);
-        assert!(problem.contains("a folder of that name is in the way"), "{problem}");
+        assert!(problem.contains("a folder with this name exists"), "{problem}");
         let problem = refused(folder.path(), &["export", "out", "-o", "gone/x.json"], 1);
-        assert!(problem.contains("there is no folder gone"), "{problem}");
+        assert!(problem.contains("the folder gone"), "{problem}");
         assert_eq!(fs::read_dir(at("deep")).unwrap().count(), 3, "nothing else is left there");
     }
 
@@ -283,7 +283,7 @@ mod places {
                 fs::hard_link(at("copy.ply"), at("hard/copy/seed=1/segmented.ply")).unwrap();
             }
             let problem = refused(folder.path(), args, 1);
-            assert!(problem.contains("that would overwrite the input"), "{args:?}: {problem}");
+            assert!(problem.contains("this would overwrite the input"), "{args:?}: {problem}");
         }
         assert!(fs::read(at("copy.ply")).unwrap() == before && fs::read(at("in.xyz")).unwrap() == cloud);
         assert!(!at("new.csv").exists() && !at("bench/runs.jsonl").exists());
@@ -385,7 +385,7 @@ mod places {
             let table = fs::read_to_string(at(batch.join("results.csv"))).unwrap();
             assert!(table.contains(",ok,"), "{table}");
             let (code, said) = run(&[word("run"), input.as_os_str(), word("-o"), batch.as_os_str()]);
-            assert!(code == Some(0) && said.contains("were done before"), "{said}");
+            assert!(code == Some(0) && said.contains("were already done"), "{said}");
         }
         // No command, and no panic.
         let (code, said) = run(&[word("runn"), a.as_os_str(), b.as_os_str()]);

@@ -98,7 +98,7 @@ fn the_report_tells_what_of_a_mesh_was_left_out() {
         (String::from_utf8(output.stdout).unwrap(), json(&out.join("report.json"))["surface"].clone())
     };
     let (summary, surface) = run("outside", &[]);
-    assert!(summary.contains("20 % of the surface can't be seen from outside"), "{summary}");
+    assert!(summary.contains("20 % of the surface is not visible from outside"), "{summary}");
     assert_eq!((&surface["asked_for"], &surface["sampled"]), (&"outside".into(), &"outside".into()));
     assert!((surface["area_left_out"].as_f64().unwrap() - 0.2).abs() < 0.01, "{surface}");
 
@@ -191,11 +191,11 @@ fn bad_input_gives_one_clear_message_and_no_files() {
     for (name, content, words) in [
         ("empty.ply", "", "is empty"),
         ("broken.obj", "v 0 0 0\nv a b c\n", "line 2"),
-        ("mesh.stl", "solid x\nfacet normal 0 0 1\n", "line 2: a facet is not finished"),
+        ("mesh.stl", "solid x\nfacet normal 0 0 1\n", "line 2: a facet is incomplete"),
         ("scan.pcd", "# .PCD v0.7\n", "line 2"),
         ("scan.e57", "ASTM-E57 and more", "an E57 point cloud"),
-        ("letter.doc", "Dear all", "is a document, which can't be read"),
-        ("letter", "Dear all", "no format that can be read"),
+        ("letter.doc", "Dear all", "is a document, which cannot be read"),
+        ("letter", "Dear all", "unknown format"),
         ("one.xyz", "1 2 3\n", "one.xyz"),
         ("nan.xyz", "nan nan nan\n", "finite"),
     ] {
@@ -208,8 +208,8 @@ fn bad_input_gives_one_clear_message_and_no_files() {
         assert!(!folder.path().join("out").exists());
     }
     for (input, words) in [
-        ("missing.obj", "missing.obj: there is no such file or folder; check the name"),
-        ("one.xyz/a.obj", "a part of its path is a file, not a folder; check the path"),
+        ("missing.obj", "missing.obj: file or folder not found; check the name"),
+        ("one.xyz/a.obj", "part of its path is a file, not a folder; check the path"),
     ] {
         let output = superform(folder.path(), &["run", input, "-o", "out"]);
         assert_eq!(output.status.code(), Some(1));
@@ -258,10 +258,10 @@ fn a_command_line_that_makes_no_sense_is_refused() {
         (&["run", "a.obj", "-o", "out", "--alpha", "-3"], "alpha is -3, but must lie between"),
         (&["--preset", "best"], "paper"),
         (&["--method", "best"], "hierarchical-ems"),
-        (&["run", "a.obj", "-o", "out", "--method", "kmeans", "--p0", "1"], "does not read --p0"),
-        (&["--seed", "-1"], "'-1' for '--seed <S>': it must be a whole number"),
+        (&["run", "a.obj", "-o", "out", "--method", "kmeans", "--p0", "1"], "does not use --p0"),
+        (&["--seed", "-1"], "'-1' for '--seed <S>': expected a non-negative whole number"),
         (&["--p0", "1e300"], "p0 is 1e300, but must lie between 1e-6 and 10"),
-        (&["runn", "a.obj"], "runn is neither a command nor a file"),
+        (&["runn", "a.obj"], "runn is neither a command nor an existing file"),
         (&["--screenshot", "a.png", "--headless"], "cannot be used with"),
     ] {
         let output = superform(folder.path(), args);
@@ -277,7 +277,7 @@ fn without_a_display_the_job_is_done_all_the_same() {
     let output = superform(folder.path(), &QUICK);
     assert!(output.status.success(), "{}", stderr(&output));
     let message = stderr(&output);
-    assert!(message.contains("without a window, results go to ./superform-out"), "{message}");
+    assert!(message.contains("without a window, writing results to ./superform-out"), "{message}");
     assert_eq!(message.lines().count(), 1, "{message}");
     let report = json(&folder.path().join("superform-out/report.json"));
     assert_eq!(report["input"]["name"], "built-in chair");
@@ -298,7 +298,7 @@ fn a_display_that_does_not_answer_is_no_display() {
         .unwrap();
     assert!(output.status.success(), "{}", stderr(&output));
     let message = stderr(&output);
-    assert!(message.contains("doing the job without a window") && message.lines().count() == 1, "{message}");
+    assert!(message.contains("running without a window") && message.lines().count() == 1, "{message}");
     assert!(folder.path().join("superform-out/primitives.json").is_file());
 }
 

@@ -303,7 +303,7 @@ mod drawn {
         let output = superform(folder, &[&["render", "c.xyz", "-o", "-"][..], &size].concat());
         let said = stderr(&output);
         assert!(output.status.success() && said.lines().count() == 1, "{said}");
-        assert!(said.contains("not a finite number"), "of the shape, and of nothing else: {said}");
+        assert!(said.contains("not finite"), "of the shape, and of nothing else: {said}");
         render(folder, &[&["c.xyz", "-o", "c.png"][..], &size].concat());
         assert!(output.stdout == fs::read(folder.join("c.png")).unwrap() && !folder.join("-").exists());
         let before = fs::read(folder.join("c.xyz")).unwrap();
@@ -330,7 +330,7 @@ mod drawn {
         refused(&["*.ply"], 1, "matches nothing");
         refused(&["a.obj", "-o", "a.gif"], 2, "--turntable");
         refused(&["a.obj", "-o", "a.jpg"], 2, "ends with .jpg");
-        refused(&["a.obj", "--sheet", "a.jpg"], 2, "name it .png");
+        refused(&["a.obj", "--sheet", "a.jpg"], 2, "the ending .png");
         assert!(!folder.join("a.jpg").exists());
         refused(&["a.obj", "b.obj", "-o", "a.png"], 1, "2 results");
         if can_draw() {

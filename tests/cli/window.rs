@@ -69,7 +69,7 @@ fn superform(arguments: &[&str]) -> Option<Output> {
     };
     let output = output.unwrap();
     let said = String::from_utf8_lossy(&output.stderr).into_owned();
-    if !output.status.success() && said.contains("window can't be opened") {
+    if !output.status.success() && said.contains("cannot open the window") {
         lacking("SUPERFORM_REQUIRE_GPU", said);
         return None;
     }

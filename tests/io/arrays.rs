@@ -65,7 +65,7 @@ fn a_scan_in_rows_and_columns_is_one_cloud() {
         .collect();
     let (points, shape) = cloud_of("a.npy", npy("'<f8'", false, "30, 40, 3", &f64s(&scan)));
     assert_eq!(points.len(), 1200);
-    assert_eq!(shape.notes[0], "the array is 30×40×3: taken as one cloud of 1200 points");
+    assert_eq!(shape.notes[0], "the array is 30×40×3: read as one cloud of 1200 points");
     // Entries that are no shapes: corners of triangles, say.
     let (points, shape) = cloud_of("a.npy", npy("'<f8'", false, "400, 3, 3", &f64s(&scattered(1200, 1))));
     assert_eq!((points.len(), shape.notes.len()), (1200, 1));
@@ -174,7 +174,7 @@ fn colors_on_any_scale_are_read_or_said() {
         let colors = shape.attributes.colors.unwrap_or_else(|| panic!("{what}: none"));
         let near = |(a, b): (&[u8; 3], &[u8; 3])| a.iter().zip(b).all(|(a, b)| a.abs_diff(*b) <= 1);
         assert!(colors.iter().zip(&expected).all(near), "{what}: {colors:?}");
-        let is_said = shape.notes.iter().any(|note| note.contains("−1 for black"));
+        let is_said = shape.notes.iter().any(|note| note.contains("−1 (black)"));
         assert_eq!(is_said, what.contains("−1"), "{what}: {:?}", shape.notes);
     }
     for shape in [table("", &wide_first), array(&wide_first)] {
@@ -183,7 +183,7 @@ fn colors_on_any_scale_are_read_or_said() {
     // Without a name, numbers around 0 may be anything.
     for shape in [table("", &signed), array(&signed)] {
         assert_eq!(shape.attributes.colors, None);
-        assert!(shape.notes[0].contains("columns 4 to 6 lie between −1 and 1"), "{:?}", shape.notes);
+        assert!(shape.notes[0].contains("columns 4 to 6 are between −1 and 1"), "{:?}", shape.notes);
     }
     // Packed, as whole numbers of either sign, and as floats of the same bits.
     for packed in ["8405024", "-8372192", "1.177794722381323e-38"] {

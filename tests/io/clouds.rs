@@ -71,25 +71,25 @@ fn pcd_fields_may_be_many_and_grids_have_holes() {
     let (points, shape) = cloud_of("a.pcd", format!("{other}{rows}"));
     assert_eq!(points.len(), 3);
     assert!(shape.notes[0].contains("is 4, but POINTS is 3"), "{:?}", shape.notes);
-    assert!(shape.notes[1].contains("left out 1 lines"), "{:?}", shape.notes);
+    assert!(shape.notes[1].contains("ignored 1 lines"), "{:?}", shape.notes);
 }
 
 #[test]
 fn pcd_that_is_broken_says_where() {
     let good = String::from_utf8(pcd("x y z", "4 4 4", "F F F", 2, "ascii")).unwrap() + "1 2 3\n4 5 6\n";
     for (from, to, words) in [
-        ("4 5 6\n", "", "line 11: 2 points are announced, but there are 1"),
+        ("4 5 6\n", "", "line 11: the header declares 2 points, but there are 1"),
         ("4 5 6", "4 5", "line 12: the line holds 2 values, but its fields need 3"),
         ("4 5 6", "4 five 6", "line 12: “five” is not a number"),
         ("x y z", "x y w", "line 3: its fields are x, y, w, but x, y and z are needed"),
         ("SIZE 4 4 4", "SIZE 4 4", "line 4: SIZE has 2 entries for 3 fields"),
-        ("TYPE F F F", "TYPE F F Q", "line 5: there are no numbers of type “Q”"),
-        ("SIZE 4 4 4", "SIZE 4 4 3", "line 5: there are no numbers of type “F” and size 3"),
-        ("DATA ascii", "DATA jpeg", "line 10: “jpeg” is none of ascii"),
-        ("POINTS 2", "POINTS -2", "line 9: “-2” is no number of points"),
+        ("TYPE F F F", "TYPE F F Q", "line 5: unknown number type “Q”"),
+        ("SIZE 4 4 4", "SIZE 4 4 3", "line 5: unknown number type “F” of size 3"),
+        ("DATA ascii", "DATA jpeg", "line 10: “jpeg” is not one of ascii"),
+        ("POINTS 2", "POINTS -2", "line 9: “-2” is not a number of points"),
         ("POINTS 2", "POINTS 9999999999999999999", "line 9: 9999999999999999999 points"),
-        ("VIEWPOINT", "VIEWPORT", "line 8: “VIEWPORT 0 0 0 1 0 0 0” has no place"),
-        ("DATA ascii\n1 2 3\n4 5 6\n", "", "no end (a line DATA)"),
+        ("VIEWPOINT", "VIEWPORT", "line 8: unexpected “VIEWPORT 0 0 0 1 0 0 0”"),
+        ("DATA ascii\n1 2 3\n4 5 6\n", "", "no end (a DATA line)"),
     ] {
         assert!(good.contains(from), "{from}");
         let message = refusal("a.pcd", good.replacen(from, to, 1));
@@ -100,7 +100,7 @@ fn pcd_that_is_broken_says_where() {
     let cut = [binary(1_000_000_000_000), vec![0; 30]].concat();
     let message = refusal("a.pcd", cut);
     assert!(
-        message.contains("1000000000000 points of 12 bytes are announced, but there is room for 2"),
+        message.contains("the header declares 1000000000000 points of 12 bytes, but the file has room for 2"),
         "{message}"
     );
     let packed = pcd("x y z", "4 4 4", "F F F", 100, "binary_compressed");
@@ -114,11 +114,11 @@ fn pcd_that_is_broken_says_where() {
         file
     };
     for (file, words) in [
-        (with(at, 9999), "9999 bytes of compressed data are announced"),
-        (with(at + 4, 9), "100 points of 12 bytes are announced, but there is room for 0"),
-        (with(at + 4, u32::MAX), "can't hold the 4294967295"),
+        (with(at, 9999), "9999 bytes of compressed data are declared"),
+        (with(at + 4, 9), "the header declares 100 points of 12 bytes, but the file has room for 0"),
+        (with(at + 4, u32::MAX), "cannot expand to the declared 4294967295"),
         (good[..at + 3].to_vec(), "the sizes of the compressed data are missing"),
-        (good[..at + 12].to_vec(), "was cut short"),
+        (good[..at + 12].to_vec(), "is truncated"),
         ([good[..at + 8].to_vec(), vec![0xff; good.len() - at - 8]].concat(), "are damaged"),
     ] {
         let message = refusal("a.pcd", file);
@@ -159,7 +159,10 @@ fn las_keeps_places_colors_and_classes() {
     assert_eq!(shape.attributes.labels, None);
     // No point at all.
     let message = refusal("a.las", las(0, false, &[]));
-    assert!(message.contains("no points are announced") || message.contains("should begin at"), "{message}");
+    assert!(
+        message.contains("the header declares no points") || message.contains("should start at"),
+        "{message}"
+    );
 }
 
 #[test]
@@ -181,16 +184,16 @@ fn las_that_lies_is_refused_before_it_costs_memory() {
                 (with(&good, 107, &u32::MAX.to_le_bytes()), "byte 107: 4294967295 points"),
                 (
                     with(&good, 96, &u32::MAX.to_le_bytes()),
-                    "byte 96: the points should begin at byte 4294967295",
+                    "byte 96: the points should start at byte 4294967295",
                 ),
                 (with(&good, 100, &u32::MAX.to_le_bytes()), "byte 100: 4294967295 records"),
-                (with(&good, 94, &[0xff; 2]), "byte 94: the header claims 65535 bytes"),
+                (with(&good, 94, &[0xff; 2]), "byte 94: the header declares 65535 bytes"),
                 (with(&good, 104, &[if compressed { 0x80 + 40 } else { 40 }]), "byte 104: point format 40"),
                 (with(&good, 105, &[1, 0]), "byte 105: a point of format"),
                 (with(&good, 25, &[9]), "byte 24: it is LAS 1.9"),
                 (with(&good, 131, &[0; 8]), "byte 131: x has the scale 0"),
-                (good[..100].to_vec(), "the file ends here, but more is announced"),
-                (good[..offset + 60].to_vec(), "cut short"),
+                (good[..100].to_vec(), "the file ends here, but more data is declared"),
+                (good[..offset + 60].to_vec(), "truncated"),
             ] {
                 let message = refusal("a.las", file);
                 assert!(
@@ -210,7 +213,7 @@ fn las_that_lies_is_refused_before_it_costs_memory() {
     assert!(refusal("a.laz", layer).contains("a chunk of 500 points should end at byte 4294"));
     let table = u64::from_le_bytes(good[offset..offset + 8].try_into().unwrap()) as usize;
     let chunks = with(&good, table + 4, &u32::MAX.to_le_bytes());
-    assert!(refusal("a.laz", chunks).contains("4294967295 chunks are announced for 500 points"));
+    assert!(refusal("a.laz", chunks).contains("4294967295 chunks are declared for 500 points"));
 }
 
 // NumPy
@@ -303,7 +306,7 @@ fn npz_arrays_are_told_by_name_then_by_shape() {
         );
         let (found, shape) = cloud_of("a.npz", &file);
         assert_eq!(found, PLACES);
-        assert_eq!(shape.notes, ["points are the array “points”"]);
+        assert_eq!(shape.notes, ["points were read from the array “points”"]);
         assert_eq!(shape.attributes.normals, Some(vec![[0.0, 1.0, 0.0]; 4]));
         assert_eq!(shape.attributes.colors, Some(vec![[255, 51, 0]; 4]));
         assert_eq!(shape.attributes.labels, Some(vec![3, 1, 4, -1]));
@@ -313,7 +316,10 @@ fn npz_arrays_are_told_by_name_then_by_shape() {
     assert_eq!(cloud_of("a.npz", one).0, PLACES);
     let two = npz(&[("one", points()), ("two", other())], false);
     let message = refusal("a.npz", two);
-    assert!(message.contains("2 arrays: one (4×3 <f8), two (4×3 <f8); name one “points”"), "{message}");
+    assert!(
+        message.contains("2 arrays: one (4×3 <f8), two (4×3 <f8); name one of them “points”"),
+        "{message}"
+    );
     // Vertices with faces are a mesh.
     let faces: Vec<u8> = [0i32, 1, 2, 1, 2, 3, 0, 1, 9].iter().flat_map(|v| v.to_le_bytes()).collect();
     let mesh = npz(
@@ -331,38 +337,38 @@ fn npy_that_cannot_be_points_is_refused() {
     let good = npy("'<f8'", false, "4, 3", &f64s(&flat()));
     for (file, words) in [
         (npy("'|O'", false, "4, 3", b"\x80\x04\x95"), "Python objects, which are not loaded"),
-        (npy("'<c16'", false, "4, 3", &[0; 192]), "“<c16”, not whole or decimal numbers"),
+        (npy("'<c16'", false, "4, 3", &[0; 192]), "“<c16”, not integers or floating-point numbers"),
         (npy("'<U5'", false, "4, 3", &[0; 240]), "not numbers"),
-        (npy("'<f8'", false, "12,", &f64s(&flat())), "the array is 12 of <f8; points need a row of three"),
+        (npy("'<f8'", false, "12,", &f64s(&flat())), "the array is 12 of <f8; points need one row of three"),
         (npy("'<f8'", false, "", &[0; 8]), "no dimension"),
         (npy("'<f8'", false, "4, 2", &[0; 64]), "4×2"),
         (npy("'<f8'", false, "100, 100", &[0; 80_000]), "100×100"),
         (npy("'<f8'", false, "0, 3", &[]), "0×3"),
         (npy("'<f8'", false, "1000000000000, 3", &[0; 24]), "24000000000000 bytes, but there are 24"),
-        (npy("'<f8'", false, "9999999999999, 9999999999999", &[0; 24]), "more than any file holds"),
-        (npy("'<f8'", false, "-4, 3", &[0; 96]), "no dictionary that can be made out"),
-        (npy(&"[".repeat(5000), false, "4, 3", &[0; 96]), "no dictionary that can be made out"),
+        (npy("'<f8'", false, "9999999999999, 9999999999999", &[0; 24]), "more than any file can contain"),
+        (npy("'<f8'", false, "-4, 3", &[0; 96]), "is not a valid dictionary"),
+        (npy(&"[".repeat(5000), false, "4, 3", &[0; 96]), "is not a valid dictionary"),
         (npy("[('x', '<f8'), ('y', '<f8')]", false, "4,", &[0; 64]), "its fields are x, y"),
         (npy("[('x', '<f8', (9999999999,))]", false, "4,", &[0; 64]), "more than 4096 numbers"),
         (good[..60].to_vec(), "the file is shorter"),
-        (good[..good.len() - 1].to_vec(), "96 bytes, but there are 95; the file may have been cut short"),
+        (good[..good.len() - 1].to_vec(), "96 bytes, but there are 95; the file may be truncated"),
         (b"\x93NUMPY\x02\0\xff\xff\xff\xff".to_vec(), "byte 8: the header has 4294967295 bytes"),
         (b"\x93NUMPY\x07\0\0\0".to_vec(), "version 7"),
-        (b"\x93NUMPY".to_vec(), "cut short"),
+        (b"\x93NUMPY".to_vec(), "truncated"),
     ] {
         let message = refusal("a.npy", &file);
         assert!(message.contains("a.npy") && message.contains(words), "{message} lacks {words}");
     }
     let cut = npz(&[("points", good.clone())], true);
-    assert!(refusal("a.npz", &cut[..cut.len() - 30]).contains("can't be opened"));
+    assert!(refusal("a.npz", &cut[..cut.len() - 30]).contains("cannot be opened"));
     let short = npz(&[("points", good[..good.len() - 8].to_vec())], true);
-    assert!(refusal("a.npz", short).contains("“points”: 4×3 are announced, but there are 88 bytes"));
+    assert!(refusal("a.npz", short).contains("“points”: 4×3 are declared, but there are 88 bytes"));
     let pickled = npz(&[("points", npy("'|O'", false, "4, 3", b"x"))], false);
-    assert!(refusal("a.npz", pickled).contains("“points”: it holds Python objects"));
+    assert!(refusal("a.npz", pickled).contains("“points”: it contains Python objects"));
     let mut damaged = npz(&[("points", good)], false);
     let place = damaged.windows(8).position(|w| w == 7.5f64.to_le_bytes()).unwrap();
     damaged[place] ^= 1;
-    assert!(refusal("a.npz", damaged).contains("can't be unpacked"));
+    assert!(refusal("a.npz", damaged).contains("cannot be decompressed"));
 }
 
 // Tables
@@ -399,7 +405,7 @@ fn tables_name_their_columns() {
         assert_eq!((points, shape.notes.len()), (vec![[1.0, 2.0, 3.0]], 0), "{text}");
     }
     let notes = cloud_of("a.csv", "u,v,w\n1,2,3\n4,5,6\n").1.notes;
-    assert_eq!(notes, ["no columns are named x, y and z: the first three were taken"]);
+    assert_eq!(notes, ["no columns are named x, y and z; the first three were used"]);
     // Words are numbered, and that is said.
     let shape = cloud_of("a.csv", "x,y,z,class\n0,0,0,wall\n1,1,1,roof\n2,2,2,wall\n").1;
     assert_eq!(shape.attributes.labels, Some(vec![0, 1, 0]));

@@ -11,7 +11,7 @@ use ply_rs_bw::parser::Parser;
 use ply_rs_bw::ply::{DefaultElement, Property};
 use superform::geometry::Superquadric;
 use superform::geometry::palette::{UNASSIGNED_COLOR, color_of};
-use superform::inference::{MergeReport, UNASSIGNED};
+use superform::inference::{MergeReason, MergeReport, UNASSIGNED};
 use superform::io::{self, Outcome, PhaseTimes, RunRecord, Shape};
 
 /// Points dealt to two primitives in turn, every third to none.
@@ -124,7 +124,7 @@ fn the_report_tells_how_the_run_went() {
     let run = cloud_run();
     let record = RunRecord {
         clusters: vec![5, 3, 2],
-        merges: vec![MergeReport { merged: (4, 9), into: 4, reason: "it fits".to_owned() }],
+        merges: vec![MergeReport { merged: (4, 9), into: 4, reason: MergeReason::Energy { gain: 0.25 } }],
         times: PhaseTimes { read: std::time::Duration::from_millis(1500), ..Default::default() },
         home: None,
     };

@@ -143,7 +143,7 @@ fn primitives_come_back_from_each_form() {
     let stored = io::read_primitives(&folder.path().join("p.json")).unwrap();
     let problem =
         io::export_primitives(&cloud, Format::CloudPly, &options, &stored.set(&colors)).unwrap_err();
-    assert!(problem.to_string().contains("there are only primitives"), "{problem}");
+    assert!(problem.to_string().contains("only primitives are available"), "{problem}");
 }
 
 #[test]

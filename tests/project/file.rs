@@ -213,14 +213,14 @@ fn what_is_no_session_or_too_new_is_refused_with_what_to_do() {
     let text = open(&newer).unwrap_err().to_string();
     assert!(text.contains("format 7") && text.contains("open it with Superform 12.3.4 or later"), "{text}");
     let text = open(b"v 0 0 0\nv 1 0 0\n").unwrap_err().to_string();
-    assert!(text.contains("is no session of Superform"), "{text}");
+    assert!(text.contains("is not a Superform session"), "{text}");
     let text = open(b"").unwrap_err().to_string();
     assert!(text.contains("is empty"), "{text}");
     let text = project::open(Path::new("no such folder/a.superform")).unwrap_err().to_string();
     assert!(text.contains("check the name"), "{text}");
     assert!(matches!(project::open(TempDir::new().unwrap().path()), Err(OpenError::NotAFile { .. })));
     let text = open(&header(1, b"0.1.0\0\0\0\0\0\0\0")).unwrap_err().to_string();
-    assert!(text.contains("it holds no session") && text.contains("go back to a copy"), "{text}");
+    assert!(text.contains("it contains no session") && text.contains("use a backup copy"), "{text}");
     // Where a shape is wanted.
     let folder = TempDir::new().unwrap();
     let text = io::read(&put(&folder, &bytes(&small()))).unwrap_err().to_string();
@@ -511,10 +511,10 @@ fn durations_counters_and_branches_that_cant_be_are_named() {
     };
     assert_eq!(problem(&|_| ()), Ok(()));
     let cases: [(Change<'_>, &str); 5] = [
-        (&|s| s.elapsed = std::time::Duration::MAX, "a duration that is out of its limits"),
+        (&|s| s.elapsed = std::time::Duration::MAX, "a duration out of range"),
         (&|s| s.run = u64::MAX, "a counter"),
         (&|s| s.generation = u64::MAX - 7, "a counter"),
-        (&|s| s.abstraction.figures.mean_distance = f64::NAN, "a figure"),
+        (&|s| s.abstraction.figures.mean_distance = f64::NAN, "a value"),
         (&|s| s.abstraction.iteration = u32::MAX, "a counter"),
     ];
     for (change, word) in cases {
@@ -528,7 +528,7 @@ fn durations_counters_and_branches_that_cant_be_are_named() {
         branches[1].origin = Some(Origin { branch, index });
         document.timeline = Timeline::from_parts(branches.clone(), 0, 0, 2).unwrap();
         let text = open(&bytes(&workspace(document.clone(), &[], &[]))).unwrap_err().to_string();
-        assert!(text.contains("leaves a branch at a state that is not there"), "{text}");
+        assert!(text.contains("starts at a state that does not exist in its parent branch"), "{text}");
     }
 }
 

@@ -112,14 +112,12 @@ fn rows(text: &str) -> Vec<(String, Vec<String>)> {
 }
 
 #[test]
-fn defaults_in_the_readme_are_the_programs() {
+fn defaults_in_the_tables_are_the_programs() {
     let all = options();
     let mut compared = 0;
-    for (heading, cells) in rows(&page("README.md")) {
+    for (heading, cells) in rows(&page("docs/command-line.md")) {
         let command = match heading.as_str() {
-            "Without a window" | "Many shapes" => "run",
-            "Pictures" => "render",
-            "Measuring" => "bench",
+            command @ ("run" | "render" | "bench") => command,
             other => panic!("whose options are those of “{other}”?"),
         };
         let defaults: Vec<String> = cells.get(1).map_or_else(Vec::new, |cell| {
@@ -138,7 +136,10 @@ fn defaults_in_the_readme_are_the_programs() {
             if !told.is_empty() && !default.contains(' ') {
                 let same =
                     told == default || told.parse::<f64>().is_ok_and(|told| default.parse() == Ok(told));
-                assert!(same, "README: {name} of {command} is {told} by default; the program has {default}");
+                assert!(
+                    same,
+                    "docs/command-line.md: {name} of {command} is {told} by default; the program has {default}"
+                );
                 compared += 1;
             }
         }
@@ -189,12 +190,17 @@ fn limits_in_the_guide_are_the_programs() {
 #[test]
 fn methods_and_formats_are_those_that_there_are() {
     let readme = page("README.md");
+    let methods = page("docs/method.md");
     let guide = page("docs/guide/parameters.md");
     for method in Method::ALL {
-        assert!(readme.contains(&format!("\n| `{}` |", method.name())), "README lacks {}", method.name());
+        assert!(
+            methods.contains(&format!("\n| `{}` |", method.name())),
+            "docs/method.md lacks {}",
+            method.name()
+        );
         assert!(guide.contains(&format!("\n| {} |", method.title())), "the guide lacks {}", method.title());
     }
-    let count = format!("written in {} formats", Format::ALL.len());
+    let count = format!("exported in {} formats", Format::ALL.len());
     assert!(readme.replace('\n', " ").contains(&count), "README: there are {} formats", Format::ALL.len());
     let formats = page("docs/formats.md");
     for format in Format::ALL {

@@ -29,12 +29,12 @@ fn keys_of(verb: Verb) -> String {
 fn page() -> String {
     let mut page = String::from(
         "# Keys and commands\n\n\
-         This page is made from the program's own table. In the program, `F1` shows the keys, and `Ctrl+P` finds \
-         any command by its name, also those without a key. On macOS, Ctrl is the command key.\n\n\
-         A key that several commands share does what makes sense at the time: `Space` runs or pauses.\n",
+         This page is generated from the program. In the program, `F1` shows the keys and `Ctrl+P` finds any \
+         command by name, including those without a key. On macOS, Ctrl is the Command key.\n\n\
+         A key shared by several commands runs whichever applies: `Space` runs or pauses.\n",
     );
     for group in Group::ALL {
-        write!(page, "\n## {}\n\n| key | command | what it does |\n|---|---|---|\n", group.text()).unwrap();
+        write!(page, "\n## {}\n\n| key | command | description |\n|---|---|---|\n", group.text()).unwrap();
         for verb in Verb::ALL.iter().filter(|verb| verb.entry().group == group) {
             let entry = verb.entry();
             let (text, tooltip) = (cell(entry.text), cell(entry.tooltip));
@@ -42,7 +42,7 @@ fn page() -> String {
         }
     }
     for (title, rows) in [("Mouse in the 3D view", MOUSE), ("Everywhere", EVERYWHERE)] {
-        write!(page, "\n## {title}\n\n| what you do | what happens |\n|---|---|\n").unwrap();
+        write!(page, "\n## {title}\n\n| input | action |\n|---|---|\n").unwrap();
         for (key, text) in rows {
             writeln!(page, "| {} | {} |", cell(key), cell(text)).unwrap();
         }

@@ -211,7 +211,7 @@ impl Driver {
     /// Answers the question for a path.
     pub(crate) fn type_path(&mut self, path: &str) {
         self.harness.run_steps(2);
-        let field = self.harness.get_by_role_and_label(Role::TextInput, "Path of the file");
+        let field = self.harness.get_by_role_and_label(Role::TextInput, "File path");
         field.set_text_value_accesskit(path);
         self.harness.run_steps(2);
     }

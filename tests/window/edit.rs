@@ -83,7 +83,7 @@ fn a_drag_of_a_number_is_seen_at_once_and_one_state() {
         seen.extend(driver.session().draft().map(|(_, shape)| *shape));
     }
     assert!(seen.len() > 8, "it is seen while it is dragged");
-    assert!(driver.shows("being changed"));
+    assert!(driver.shows("editing"));
     assert_eq!(states(&driver), count, "nothing is sent before the hand lets go");
     driver.harness.drop_at(start + vec2(96.0, 0.0));
     driver.harness.run_steps(2);
@@ -147,7 +147,7 @@ fn locked_ones_stay_bit_for_bit_when_the_run_starts_over() {
     let count = states(&driver);
     driver.press("Lock");
     edited(&mut driver, count);
-    assert!(driver.shows("is locked: the sampler leaves it"));
+    assert!(driver.shows("locked: the sampler will not change it"));
     let locked = primitive(&driver, id).unwrap();
     assert!(locked.locked);
     let samples = |driver: &Driver| -> Vec<usize> {
@@ -199,7 +199,7 @@ fn primitives_are_split_refitted_merged_and_deleted() {
     driver.press("Split");
     edited(&mut driver, count);
     assert_eq!(driver.session().primitives().len(), k + 1);
-    assert!(driver.shows("was split in"));
+    assert!(driver.shows("split into"));
     let parts: Vec<u32> = driver.session().selection.iter().copied().collect();
     assert_eq!(parts.len(), 2, "both halves are selected");
     driver.press("Merge");
@@ -345,7 +345,7 @@ fn points_that_belong_together_are_pinned_until_they_are_released() {
     driver.drag(view.lerp_inside(vec2(0.35, 0.55)), view.lerp_inside(vec2(0.65, 0.95)));
     let selected = driver.session().selected_points.to_vec();
     assert!(selected.len() > 20, "{}", selected.len());
-    driver.press("These belong together");
+    driver.press("Pin to one cluster");
     edited(&mut driver, count);
     let snapshot = driver.session().snapshot.clone().unwrap();
     let labels = &snapshot.abstraction.labels;
@@ -358,7 +358,7 @@ fn points_that_belong_together_are_pinned_until_they_are_released() {
     let labels = driver.session().snapshot.as_ref().unwrap().abstraction.labels.clone();
     assert!(selected.iter().all(|i| labels[*i as usize] == labels[selected[0] as usize]), "still together");
     let count = states(&driver);
-    driver.press("Release");
+    driver.press("Unpin");
     edited(&mut driver, count);
     assert!(driver.session().snapshot.as_ref().unwrap().abstraction.pinned.is_empty());
     assert!(!driver.session().is_enabled(Verb::ReleasePoints));

@@ -65,7 +65,7 @@ fn a_file_that_is_there_is_replaced_only_when_that_was_said() {
     let path = file(&folder, "mine.csv", "precious");
     ask(&mut driver, "Segmented cloud, CSV", &path);
     driver.press("Export");
-    assert!(driver.shows("The file is there already"));
+    assert!(driver.shows("The file already exists"));
     assert_eq!(std::fs::read_to_string(&path).unwrap(), "precious");
     driver.press("Replace");
     driver.settle();
@@ -78,7 +78,7 @@ fn a_file_that_is_there_is_replaced_only_when_that_was_said() {
     assert_eq!(std::fs::read_to_string(&path).unwrap(), first);
     // A folder that isn't there can't be chosen.
     ask(&mut driver, "Segmented cloud, CSV", &folder.path().join("nowhere/x.csv"));
-    assert!(driver.shows("There is no such folder") && !driver.is_enabled("Export"));
+    assert!(driver.shows("Folder not found") && !driver.is_enabled("Export"));
     driver.press("Cancel");
 }
 
@@ -130,7 +130,7 @@ fn primitives_go_through_the_clipboard_and_back() {
     assert_eq!(driver.session().primitives().len(), before.len() - 1);
     // Text that is something else is refused with a reason, and nothing changes.
     paste(&mut driver, "To be, or not to be");
-    assert!(driver.shows("There are no primitives to paste"));
+    assert!(driver.shows("Cannot paste primitives"));
     assert_eq!(driver.session().primitives().len(), before.len() - 1);
 }
 
@@ -140,7 +140,7 @@ fn a_result_is_opened_without_a_run_and_brought_in_from_a_file() {
     let path = folder.path().join("primitives.json");
     let mut driver = Driver::finished();
     let count = driver.session().primitives().len();
-    ask(&mut driver, "Primitives, as numbers, JSON", &path);
+    ask(&mut driver, "Primitives as numbers, JSON", &path);
     driver.press("Export");
     driver.settle();
 

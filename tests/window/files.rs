@@ -57,14 +57,14 @@ fn the_result_is_taken_home() {
     let primitives = folder.path().join("out.json");
     let mut driver = Driver::finished();
     driver.export("Segmented cloud, PLY", &cloud);
-    driver.export("Primitives, as numbers, JSON", &primitives);
+    driver.export("Primitives as numbers, JSON", &primitives);
     assert!(driver.shows("Wrote the primitives"));
     let json: serde_json::Value = serde_json::from_slice(&std::fs::read(&primitives).unwrap()).unwrap();
     assert_eq!(json["primitives"].as_array().unwrap().len(), driver.session().primitives().len());
     assert!(std::fs::read(&cloud).unwrap().starts_with(b"ply"));
     // A folder that isn't there is said before anything is written.
     driver.export("Segmented cloud, PLY", std::path::Path::new("/no/such/folder/out.ply"));
-    assert!(driver.shows("There is no such folder") && !driver.is_enabled("Export"));
+    assert!(driver.shows("Folder not found") && !driver.is_enabled("Export"));
 }
 
 #[test]
@@ -166,7 +166,7 @@ fn a_file_is_replaced_only_when_that_is_confirmed() {
         driver.type_path(old.to_str().unwrap());
         driver.press("Save");
         driver.harness.run_steps(2);
-        assert!(driver.shows("out.superform is there already. Replace it?"));
+        assert!(driver.shows("out.superform already exists. Replace it?"));
     };
     let until_saved = |driver: &mut Driver, path: &std::path::Path| {
         let ctx = driver.harness.ctx.clone();
@@ -235,22 +235,22 @@ fn dialogs_fit_into_small_windows_with_their_buttons() {
         driver.key(Modifiers::COMMAND, Key::E);
         check(&mut driver, "export", &buttons);
         // Every format can be scrolled to.
-        driver.harness.get_by_role_and_label(Role::Button, "Primitives, as numbers, JSON").scroll_to_me();
+        driver.harness.get_by_role_and_label(Role::Button, "Primitives as numbers, JSON").scroll_to_me();
         driver.harness.run_steps(8);
-        check(&mut driver, "export", &[(Role::Button, "Primitives, as numbers, JSON")]);
+        check(&mut driver, "export", &[(Role::Button, "Primitives as numbers, JSON")]);
         driver.key(Modifiers::NONE, Key::Escape);
         driver.key(Modifiers::SHIFT, Key::F12);
         check(&mut driver, "picture", &[(Role::Button, "Choose file and save…"), (Role::Button, "Cancel")]);
         driver.key(Modifiers::NONE, Key::Escape);
         driver.key(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
         driver.harness.event(egui::Event::Text("forget recent".to_owned()));
-        check(&mut driver, "commands", &[(Role::Button, "Forget recent files")]);
+        check(&mut driver, "commands", &[(Role::Button, "Clear recent files")]);
         driver.key(Modifiers::NONE, Key::Escape);
         driver.key(Modifiers::NONE, Key::F1);
-        let scrolled = driver.harness.get_all_by_label_contains("Zoom to the cursor").next().unwrap();
+        let scrolled = driver.harness.get_all_by_label_contains("Zoom at the pointer").next().unwrap();
         scrolled.scroll_to_me();
         driver.harness.run_steps(8);
-        let last = driver.harness.get_all_by_label_contains("Zoom to the cursor").next().unwrap().rect();
+        let last = driver.harness.get_all_by_label_contains("Zoom at the pointer").next().unwrap().rect();
         assert!(window.contains_rect(last), "help in {size:?}: its end is at {last:?}");
         driver.key(Modifiers::NONE, Key::Escape);
         driver.key(Modifiers::COMMAND, Key::O);
@@ -286,7 +286,7 @@ fn a_tooltip_is_in_the_way_of_no_drag_and_no_dialog() {
         driver.harness.hover_at(at);
         driver.harness.run_steps(60);
     };
-    let tip = "the concentration of the Chinese Restaurant Process";
+    let tip = "of the Chinese Restaurant Process";
     hover(&mut driver, slider.center());
     assert!(driver.shows(tip));
     driver.harness.drag_at(slider.center());

@@ -20,7 +20,7 @@ fn a_moved_slider_renews_the_result() {
     let before = run_number(driver.session());
     let camera = driver.session().camera;
     driver.slide("Clusters K", 5.0);
-    assert!(driver.shows("renewing the result"), "a calm word on it");
+    assert!(driver.shows("Updating…"), "a calm word on it");
     assert!(driver.has_button("Run") && driver.is_enabled("Run"), "no button blinks");
     // Until the result is there, the last one stays.
     while run_number(driver.session()) == before {
@@ -95,12 +95,12 @@ fn live_off_leaves_sliders_to_the_next_step() {
     driver.slide("Clusters K", 5.0);
     driver.settle();
     assert_eq!(run_number(driver.session()), before);
-    assert!(driver.shows("this run has K = 12"));
+    assert!(driver.shows("This run: K = 12"));
     // What was turned meanwhile is made up for.
     driver.toggle("Live");
     driver.settle();
     assert_eq!(driver.session().snapshot.as_ref().unwrap().start.clusters, 5);
-    assert!(!driver.shows("this run has K"));
+    assert!(!driver.shows("This run: K"));
 }
 
 #[test]
@@ -110,7 +110,7 @@ fn what_is_shown_says_when_parameters_have_changed_since() {
         driver.harness.run_steps(3);
         driver.shows("Parameters changed")
     };
-    let run = "Run with the changed parameters";
+    let run = "Run with changed parameters";
     let mut driver = Driver::finished();
     assert!(!says_so(&mut driver));
     driver.slide("Concentration α", 2.0);
@@ -145,9 +145,10 @@ fn what_is_shown_says_when_parameters_have_changed_since() {
 #[test]
 fn tooltips_say_when_a_change_is_taken() {
     let mut driver = Driver::finished();
-    for (live, said, not_said) in
-        [(true, "made anew at every change", "Taken at"), (false, "Taken at the next iteration", "made anew")]
-    {
+    for (live, said, not_said) in [
+        (true, "every change starts", "Takes effect"),
+        (false, "Takes effect at the next iteration", "every change"),
+    ] {
         if !live {
             driver.toggle("Live");
         }
@@ -168,12 +169,12 @@ fn samples_follow_the_hand_as_well() {
     let seed = driver.harness.get_by_role_and_label(Role::SpinButton, "seed");
     seed.set_value_accesskit(5.0);
     driver.harness.run_steps(2);
-    assert!(!driver.has_button("Sample again"), "it is done without a word");
+    assert!(!driver.has_button("Resample"), "it is done without a word");
     driver.settle();
     let session = driver.session();
     assert_eq!(session.loaded.as_ref().unwrap().sampling.seed, 5);
     assert_eq!(session.phase(), Some(Phase::Finished));
-    assert!(!driver.has_button("Sample again"));
+    assert!(!driver.has_button("Resample"));
 }
 
 #[test]

@@ -67,7 +67,7 @@ fn goes_away(driver: &mut Driver, text: &str) -> bool {
 }
 
 fn export(driver: &mut Driver, path: &Path) {
-    driver.export("Primitives, as numbers, JSON", path);
+    driver.export("Primitives as numbers, JSON", path);
 }
 
 fn copied(driver: &Driver) -> Option<String> {
@@ -91,7 +91,7 @@ fn a_note_goes_by_itself_but_not_under_the_pointer() {
     assert!(goes_away(&mut driver, "Wrote the primitives"));
     // The next one is closed by hand.
     export(&mut driver, &folder.path().join("other.json"));
-    driver.press("Close the note");
+    driver.press("Close notification");
     assert!(!driver.shows("other.json"));
 }
 
@@ -136,7 +136,7 @@ fn the_log_is_filtered_searched_copied_and_cleared() {
     driver.press("Notes");
     assert!(!driver.shows("Loaded") && driver.shows("Wrote the primitives"));
     driver.press("Errors");
-    assert!(driver.shows("No message is like that"));
+    assert!(driver.shows("No matching messages"));
     driver.press("All");
     let field = driver.harness.get_all_by_role(Role::TextInput).next().unwrap();
     field.focus();
@@ -151,7 +151,7 @@ fn the_log_is_filtered_searched_copied_and_cleared() {
     let text = text.unwrap();
     assert!(text.contains("Note") && text.contains("out.json") && text.lines().count() == 1, "{text}");
     driver.press("Clear");
-    assert!(driver.shows("Nothing has happened yet"));
+    assert!(driver.shows("No messages yet"));
     driver.press("Close the log");
     assert!(!driver.session().view.shows_log);
 }
@@ -203,11 +203,11 @@ fn any_command_is_found_and_run_by_a_few_letters() {
 fn help_is_searched() {
     let mut driver = Driver::finished();
     driver.key(Modifiers::NONE, Key::F1);
-    assert!(driver.shows("Zoom to the cursor") && driver.shows("Keyboard and mouse"));
+    assert!(driver.shows("Zoom at the pointer") && driver.shows("Keyboard and mouse"));
     driver.harness.get_by_role(Role::TextInput).focus();
     driver.harness.run_steps(2);
     type_text(&mut driver, "merge all");
-    assert!(!driver.shows("Zoom to the cursor") && driver.shows("Shift+M"));
+    assert!(!driver.shows("Zoom at the pointer") && driver.shows("Shift+M"));
 }
 
 #[test]
@@ -317,14 +317,14 @@ fn recent_files_are_opened_or_forgotten() {
     driver.press("File");
     driver.harness.get_by_role_and_label(Role::Button, "Open recent").hover();
     driver.harness.run_steps(3);
-    assert!(driver.shows("one.xyz") && driver.has_button("Forget recent files"));
+    assert!(driver.shows("one.xyz") && driver.has_button("Clear recent files"));
     driver.key(Modifiers::NONE, Key::Escape);
     std::fs::remove_file(&one).unwrap();
     driver.key(Modifiers::COMMAND, Key::P);
     type_text(&mut driver, "open one");
     driver.key(Modifiers::NONE, Key::Enter);
     driver.harness.run_steps(2);
-    assert!(driver.shows("is no longer there"));
+    assert!(driver.shows("no longer exists"));
     assert!(driver.session().window.recent.is_empty());
 }
 
@@ -351,7 +351,7 @@ fn files_are_dropped_with_a_hint_before() {
     let over = |path: &Path| egui::HoveredFile { path: Some(path.to_owned()), mime: String::new() };
     driver.harness.input_mut().hovered_files = vec![over(&note)];
     driver.harness.run_steps(2);
-    assert!(driver.shows("note.doc may be no shape"));
+    assert!(driver.shows("note.doc may not be a shape"));
     driver.harness.input_mut().hovered_files = vec![over(&note), over(&shape)];
     driver.harness.run_steps(2);
     assert!(driver.shows("Drop to open shape.xyz"));

@@ -36,7 +36,7 @@ fn a_merge_is_proposed_with_its_numbers_and_accepted() {
     driver.press("Step merge");
     wait_for_proposal(&mut driver);
     let proposal = driver.session().proposal.clone().unwrap();
-    let verdict = if proposal.is_acceptable { "The test accepts it" } else { "The test refuses it" };
+    let verdict = if proposal.is_acceptable { "Recommended" } else { "Not recommended" };
     assert!(driver.shows(verdict));
     assert!(!proposal.numbers.is_empty());
     for number in &proposal.numbers {
@@ -75,7 +75,7 @@ fn accept_skip_and_undo_go_through_the_pairs() {
     wait_for_proposal(&mut driver);
     assert_eq!(pair(&driver), first);
     driver.key(Modifiers::NONE, Key::Escape);
-    assert!(driver.session().proposal.is_none() && !driver.shows("The test"));
+    assert!(driver.session().proposal.is_none() && !driver.shows("ecommended"));
     assert_eq!(driver.session().primitives().len(), k);
 }
 
@@ -86,7 +86,7 @@ fn any_two_are_judged_when_asked() {
     driver.press(&format!("Primitive {}", ids[0]));
     driver.bring_into_view(Role::Button, &format!("Primitive {}", ids[1]));
     driver.click_with(&format!("Primitive {}", ids[1]), Modifiers::COMMAND);
-    driver.press("Judge this merge…");
+    driver.press("Test this merge…");
     wait_for_proposal(&mut driver);
     let (a, b) = pair(&driver);
     assert_eq!((a.min(b), a.max(b)), (ids[0].min(ids[1]), ids[0].max(ids[1])));

@@ -87,7 +87,7 @@ fn merging_step_by_step_says_which_and_when_none_is_left() {
     driver.until(|s| s.primitives().len() == before - 1);
     driver.press("Merge all");
     driver.settle();
-    assert!(driver.shows("No pair is left that may be merged."));
+    assert!(driver.shows("No more pairs to merge."));
     assert!(!driver.is_enabled("Merge all"), "it would do nothing");
 }
 
@@ -98,7 +98,7 @@ fn sliders_reach_the_sampler() {
     driver.settle();
     driver.slide("Concentration α", 3.0);
     driver.slide("Clusters K", 7.0);
-    assert!(driver.shows("this run has K = 12"), "K waits for the next start, and that is said");
+    assert!(driver.shows("This run: K = 12"), "K waits for the next start, and that is said");
     driver.press("Step iteration");
     driver.settle();
     let params = driver.session().snapshot.as_ref().unwrap().params;
@@ -106,7 +106,7 @@ fn sliders_reach_the_sampler() {
     driver.press("Reset");
     driver.settle();
     assert_eq!(driver.session().primitives().len(), 7);
-    assert!(!driver.shows("this run has K"), "it was taken");
+    assert!(!driver.shows("This run: K"), "it was taken");
 }
 
 #[test]
@@ -148,7 +148,7 @@ fn a_method_is_chosen_run_and_seen() {
     assert!(driver.session().params.freeze);
     driver.choose("Method", "K-means");
     driver.slide("Clusters K", 9.0);
-    assert!(driver.shows("shown now is Sampler"), "that it waits is said");
+    assert!(driver.shows("Shown now: Sampler"), "that it waits is said");
     for (slider, is_read) in [
         ("Concentration α", false),
         ("New cluster p0", false),
@@ -179,7 +179,7 @@ fn a_method_is_chosen_run_and_seen() {
         assert!(driver.shows(title) && driver.shows("Finished"), "{method}");
         let count = driver.session().primitives().len();
         assert_eq!(count == 1, method.starts_with("One"), "{method} found {count}");
-        assert!(!driver.shows("shown now is"), "it was taken");
+        assert!(!driver.shows("Shown now"), "it was taken");
         assert!(!driver.shows("1 primitives"));
     }
     driver.choose("Method", "Default");
@@ -216,11 +216,11 @@ fn iterations_below_what_is_done_are_not_claimed() {
 #[test]
 fn sampling_anew_starts_over() {
     let mut driver = finished();
-    assert!(!driver.has_button("Sample again"), "nothing has changed");
+    assert!(!driver.has_button("Resample"), "nothing has changed");
     let seed = driver.harness.get_by_role_and_label(Role::SpinButton, "seed");
     seed.set_value_accesskit(5.0);
     driver.harness.run_steps(2);
-    driver.press("Sample again");
+    driver.press("Resample");
     driver.settle();
     let loaded = driver.session().loaded.as_ref().unwrap();
     assert_eq!((loaded.sampling.seed, driver.iteration()), (5, 0));
@@ -280,10 +280,10 @@ fn what_is_hidden_is_sampled_on_request() {
     let mut driver = finished();
     let loaded = driver.session().loaded.as_ref().unwrap();
     assert!(loaded.cloud.part.left_out() > 0.02, "{:?}", loaded.cloud.part);
-    let label = "Only the surface seen from outside";
+    let label = "Only the surface visible from outside";
     driver.harness.get_by_role_and_label(Role::CheckBox, label).click();
     driver.harness.run_steps(2);
-    driver.press("Sample again");
+    driver.press("Resample");
     driver.settle();
     let loaded = driver.session().loaded.as_ref().unwrap();
     assert_eq!((loaded.sampling.surface, loaded.cloud.part), (Surface::All, SampledPart::Whole));
@@ -310,7 +310,7 @@ fn isolated_points_are_sampled_on_request() {
     let label = "Leave out isolated points";
     driver.harness.get_by_role_and_label(Role::CheckBox, label).click();
     driver.harness.run_steps(2);
-    driver.press("Sample again");
+    driver.press("Resample");
     driver.settle();
     let loaded = driver.session().loaded.as_ref().unwrap();
     assert_eq!((loaded.sampling.isolated, loaded.cloud.part), (Isolated::Keep, SampledPart::Whole));

@@ -91,17 +91,17 @@ fn a_click_takes_one_and_undo_gives_it_back() {
 #[test]
 fn where_seeds_disagree_is_painted_with_a_legend() {
     let mut driver = Driver::finished();
-    driver.choose("Colour by", "Seeds' disagreement");
-    assert!(driver.shows("No other seeds yet"), "the legend says what is missing");
+    driver.choose("Colour by", "Seed disagreement");
+    assert!(driver.shows("No seed runs yet"), "the legend says what is missing");
     let mut driver = with_seeds(driver);
     driver.harness.run_steps(3);
     assert!(driver.shows("Disagreement of 8 seeds from"));
     driver.press("Paint disagreement");
     assert!(!driver.shows("Disagreement of 8 seeds from"), "the same button leads back");
-    driver.choose("Order of the seeds", "By seed");
+    driver.choose("Sort seeds by", "By seed");
     let seeds: Vec<u64> = driver.session().seeds.sorted().iter().map(|r| r.run.seed).collect();
     assert!(seeds.is_sorted());
-    driver.press("Close the seeds");
+    driver.press("Close seeds");
     assert!(!driver.has_button("Paint disagreement"));
     assert_eq!(driver.session().seeds.results().len(), 8, "the runs stay");
 }
@@ -116,7 +116,7 @@ fn seeds_can_be_stopped_and_the_run_goes_on_beside_them() {
     let before = driver.iteration();
     driver.until(|s| s.snapshot.as_ref().is_some_and(|s| s.abstraction.iteration > before));
     assert!(driver.session().is_running(), "it was not interrupted");
-    driver.press("Stop the seeds");
+    driver.press("Stop seed runs");
     driver.until(|s| !s.seeds.is_running());
     assert!(driver.session().seeds.results().len() < 8);
     assert!(driver.has_button("Run 8 seeds"));
@@ -140,8 +140,8 @@ fn each_seed_has_its_picture() {
         let inside = |x: u32, y: u32| rect.contains(egui::pos2(x as f32, y as f32));
         picture.enumerate_pixels().filter(|(x, y, p)| inside(*x, *y) && spread(p) > 60).count()
     };
-    driver.choose("Order of the seeds", "By seed");
-    driver.choose("Colour by", "Seeds' disagreement");
+    driver.choose("Sort seeds by", "By seed");
+    driver.choose("Colour by", "Seed disagreement");
     // One picture a frame, and the device takes its time.
     for seed in 1..=6 {
         driver.draw_until(&format!("the picture of seed {seed}"), |driver| {

@@ -136,7 +136,7 @@ fn a_file_that_is_no_session_leaves_the_present_one() {
     driver.type_path(bad.to_str().unwrap());
     driver.press("Open");
     until_kept(&mut driver, |s| s.messages.open_error().is_some());
-    assert!(driver.shows("is no session of Superform"));
+    assert!(driver.shows("is not a Superform session"));
     let after = driver.session().snapshot.clone().unwrap();
     assert!(std::sync::Arc::ptr_eq(&before, &after));
 }

@@ -90,7 +90,7 @@ fn playing_reaches_the_end() {
     driver.choose("Play speed", "2 a second");
     driver.press("First state");
     driver.press("Play");
-    assert!(driver.has_button("Stop playing") && !driver.has_button("Play"));
+    assert!(driver.has_button("Stop playback") && !driver.has_button("Play"));
     let mut seen = vec![driver.session().timeline.shown_index()];
     for _ in 0..400 {
         driver.harness.step();
@@ -168,9 +168,9 @@ fn states_after_merges_and_edits_have_names_of_their_own() {
     driver.press("Compare");
     driver.press("End of this branch");
     assert!(driver.shows("A Main, Iteration 6 · merge, K"));
-    driver.slide("State beside", 6.0);
+    driver.slide("State of B", 6.0);
     assert!(driver.shows("B Main, Iteration 6, K"));
-    driver.slide("State beside", 7.0);
+    driver.slide("State of B", 7.0);
     assert!(driver.shows("B Main, Iteration 6 · refined, K"));
 }
 
@@ -179,7 +179,7 @@ fn a_branch_is_renamed_and_removed_and_both_are_undone() {
     let mut driver = branched();
     driver.press("More about Branch 1");
     driver.press("Rename");
-    let field = driver.harness.get_by_role_and_label(Role::TextInput, "Name of the branch");
+    let field = driver.harness.get_by_role_and_label(Role::TextInput, "Branch name");
     field.set_text_value_accesskit("Thin legs");
     driver.harness.run_steps(2);
     driver.key(Modifiers::NONE, Key::Enter);
@@ -213,9 +213,9 @@ fn two_states_are_compared_and_what_differs_is_counted() {
     driver.key(Modifiers::NONE, Key::Escape);
 
     // Another branch; the same states are no disagreement.
-    driver.slide("State beside", driver.session().timeline.states().len() as f64 - 1.0);
+    driver.slide("State of B", driver.session().timeline.states().len() as f64 - 1.0);
     assert!(driver.shows("Disagreement 0.0 %"));
-    driver.harness.get_by_role_and_label(Role::ComboBox, "Beside").click();
+    driver.harness.get_by_role_and_label(Role::ComboBox, "Compare with").click();
     driver.harness.run_steps(3);
     // The entry lies above the branch's own button.
     let entries: Vec<_> = driver.harness.query_all_by_role_and_label(Role::Button, "Main").collect();

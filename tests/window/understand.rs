@@ -117,7 +117,7 @@ fn a_click_on_a_point_shows_its_odds_which_follow_the_state() {
     check_odds(&driver, sample);
 
     // The strip of labels leads to any state.
-    let strip = labels(&driver, "Its label through").remove(0);
+    let strip = labels(&driver, "Label over").remove(0);
     let strip = driver.harness.get_by_role_and_label(Role::Image, &strip).rect();
     let at = strip.left_center() + egui::vec2(1.0, 0.0);
     driver.harness.hover_at(at);
@@ -133,8 +133,8 @@ fn a_click_on_a_point_shows_its_odds_which_follow_the_state() {
 fn legends_say_how_large_errors_are_in_input_units() {
     let mut driver = Driver::finished();
     driver.choose("Colour by", "Error");
-    driver.until_shown("Distance to its own primitive from");
-    driver.press("Colours up to the largest");
+    driver.until_shown("Distance to own primitive from");
+    driver.press("Scale colours to the maximum");
     let session = driver.session();
     let (samples, state) =
         (&session.loaded.as_ref().unwrap().cloud.points, session.snapshot.as_ref().unwrap());
@@ -146,12 +146,12 @@ fn legends_say_how_large_errors_are_in_input_units() {
         euclidean_distances(&primitive.shape, &own.collect::<PointBlock>(), &mut distances);
         most = distances.iter().fold(most, |most, d| most.max(d.abs()));
     }
-    let legend = labels(&driver, "Distance to its own primitive from").remove(0);
+    let legend = labels(&driver, "Distance to own primitive from").remove(0);
     let shown = number_after(&legend, " from 0 to ");
     assert!((shown - f64::from(most)).abs() < 2e-3 * f64::from(most) + 6e-5, "{legend}: {most}");
 
-    driver.press("Colours up to 95 %");
-    let legend = labels(&driver, "Distance to its own primitive from").remove(0);
+    driver.press("Scale colours to 95 %");
+    let legend = labels(&driver, "Distance to own primitive from").remove(0);
     let robust = number_after(&legend, " from 0 to ");
     let share = |limit: f64| {
         let all = labels_now_of(&driver);
@@ -180,9 +180,9 @@ fn labels_now_of(driver: &Driver) -> Vec<f32> {
 #[test]
 fn surfaces_are_painted_by_their_distance_to_the_input() {
     let mut driver = Driver::finished();
-    driver.choose("Colour by", "To the input");
-    driver.until_shown("Distance to the input from");
-    driver.press("Colours up to the largest");
+    driver.choose("Colour by", "To input");
+    driver.until_shown("Distance to input from");
+    driver.press("Scale colours to the maximum");
     let session = driver.session();
     let ShapeGeometry::Mesh(mesh) = &session.loaded.as_ref().unwrap().shape.geometry else {
         panic!("the built-in shape is a mesh");
@@ -196,7 +196,7 @@ fn surfaces_are_painted_by_their_distance_to_the_input() {
             most = most.max(nearest);
         }
     }
-    let legend = labels(&driver, "Distance to the input from").remove(0);
+    let legend = labels(&driver, "Distance to input from").remove(0);
     let shown = number_after(&legend, " from 0 to ");
     assert!((shown - most).abs() < 2e-3 * most + 6e-5, "{legend}: {most}");
 }
@@ -226,7 +226,7 @@ fn the_uncertainty_is_that_of_the_last_states_or_says_why_not() {
     driver.harness.run_steps(3);
     assert_eq!(driver.session().view.uncertainty_window, 4);
     driver.until_shown("Uncertainty over 4 states from");
-    driver.press("Colours up to the largest");
+    driver.press("Scale colours to the maximum");
     let last: Vec<&[u32]> = states[states.len() - 4..].iter().map(|s| &*s.abstraction.labels).collect();
     assert!(last.iter().flat_map(|l| l.iter()).any(|l| *l != UNASSIGNED));
     let most = label_entropy(&last).into_iter().fold(0.0, f32::max);
@@ -244,8 +244,9 @@ fn the_uncertainty_is_that_of_the_last_states_or_says_why_not() {
 fn alpha_and_p0_are_told_in_plain_numbers_while_they_are_turned() {
     let mut driver = Driver::finished();
     let tables = |driver: &Driver| number_after(&labels(driver, "≈ ").remove(0), "≈ ");
-    let distance =
-        |driver: &Driver| number_after(&labels(driver, "a new table wins beyond").remove(0), "beyond ");
+    let distance = |driver: &Driver| {
+        number_after(&labels(driver, "new primitive preferred beyond").remove(0), "beyond ")
+    };
     assert!((tables(&driver) - expected_tables(0.5, 700)).abs() < 0.06);
     let before = distance(&driver);
     driver.toggle("Live");
@@ -273,11 +274,11 @@ fn the_card_and_the_legend_are_drawn() {
     click_a_point(&mut driver);
     keep(&mut driver, "odds.png");
     driver.choose("Colour by", "Error");
-    driver.until_shown("Distance to its own primitive from");
+    driver.until_shown("Distance to own primitive from");
     keep(&mut driver, "error.png");
     show_or_hide_primitives(&mut driver);
-    driver.choose("Colour by", "To the input");
-    driver.until_shown("Distance to the input from");
+    driver.choose("Colour by", "To input");
+    driver.until_shown("Distance to input from");
     keep(&mut driver, "surfaces.png");
     driver.choose("Colour by", "Uncertainty");
     driver.set_light();

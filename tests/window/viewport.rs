@@ -136,7 +136,7 @@ fn colours_tell_what_was_chosen() {
         driver.choose("Colour by", by.text());
         assert_eq!(driver.session().view.color_by, by);
     }
-    assert!(driver.shows("Scale bar of"));
+    assert!(driver.shows("Scale bar:"));
 }
 
 #[test]

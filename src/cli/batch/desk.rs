@@ -124,7 +124,7 @@ impl Desk {
     /// `None` if that was cancelled.
     pub(super) fn take(output: &Path, table: &str, cancel: &Cancel) -> anyhow::Result<Option<Self>> {
         let wait =
-            || say(&format!("waiting for another run that writes {table}.csv in {}", output.display()));
+            || say(&format!("waiting for another run that is writing {table}.csv in {}", output.display()));
         Self::take_or_wait(output, table, cancel, wait)
     }
 
@@ -134,7 +134,7 @@ impl Desk {
         cancel: &Cancel,
         wait: impl FnOnce(),
     ) -> anyhow::Result<Option<Self>> {
-        let about = || format!("can't work in the folder {}", output.display());
+        let about = || format!("cannot use the folder {}", output.display());
         let hidden = output.join(HIDDEN_FOLDER);
         let lock = hidden.join(format!("{table}.lock"));
         let mut wait = Some(wait);
@@ -208,7 +208,7 @@ impl Desk {
         let target = self.target(&row.name);
         if target.exists() && !target.is_dir() {
             bail!(
-                "the file {} is in the way of the results; move it, or choose another folder",
+                "the file {} is in the way of the results; move it or choose another folder",
                 target.display()
             );
         }
@@ -226,7 +226,7 @@ impl Desk {
         files::write_whole(&made.join(RECORD_FILE), &serde_json::to_vec_pretty(&record)?)?;
         sync(made);
         self.moved(made, &target, &record)
-            .with_context(|| format!("can't put the results into {}", target.display()))
+            .with_context(|| format!("cannot move the results to {}", target.display()))
     }
 
     fn moved(&self, made: &Path, target: &Path, record: &Record) -> io::Result<()> {
@@ -276,7 +276,7 @@ impl Desk {
 impl Drop for Desk {
     fn drop(&mut self) {
         if let Err(e) = self.clear() {
-            tracing::warn!("can't clear away {}: {e}", self.folder.display());
+            tracing::warn!("cannot remove {}: {e}", self.folder.display());
         }
         if self.held.is_some() {
             put_away(&self.lock);
@@ -326,7 +326,7 @@ fn locked(path: &Path, make: bool) -> io::Result<Locking> {
         Ok(()) => Ok(Locking::Gone),
         Err(TryLockError::WouldBlock) => Ok(Locking::Taken),
         Err(TryLockError::Error(e)) => {
-            tracing::debug!("no lock on {}: {e}", path.display());
+            tracing::debug!("cannot lock {}: {e}", path.display());
             Ok(Locking::Unknown)
         }
     }
@@ -352,7 +352,7 @@ fn is_at(_: &File, _: &Path) -> bool {
 fn sync(folder: &Path) {
     #[cfg(unix)]
     if let Err(e) = File::open(folder).and_then(|folder| folder.sync_all()) {
-        tracing::debug!("can't sync {}: {e}", folder.display());
+        tracing::debug!("cannot sync {}: {e}", folder.display());
     }
     #[cfg(not(unix))]
     let _ = folder;

@@ -36,9 +36,9 @@ pub(super) fn expand(given: &[PathBuf], recursive: bool, output: &Path) -> Resul
             let before = listing.found.len();
             listing.folder(path)?;
             if listing.found.len() == before {
-                let deeper = if recursive { "" } else { ", or take those below, too, with --recursive" };
+                let deeper = if recursive { "" } else { ", or add --recursive to include subfolders" };
                 return Err(format!(
-                    "there is no shape in the folder {}; give another one{deeper}",
+                    "no shapes in the folder {}; choose another one{deeper}",
                     path.display()
                 ));
             }
@@ -71,13 +71,13 @@ impl Listing<'_> {
         }
         if self.found.len() == before {
             let shown = pattern.display();
-            return Err(format!("the pattern {shown} matches no shape; check the folder and the ending"));
+            return Err(format!("the pattern {shown} matches no shapes; check the folder and the ending"));
         }
         Ok(())
     }
 
     fn folder(&mut self, folder: &Path) -> Result<(), String> {
-        let failed = |e: std::io::Error| format!("can't list the folder {}: {e}", folder.display());
+        let failed = |e: std::io::Error| format!("cannot list the folder {}: {e}", folder.display());
         let mut entries: Vec<PathBuf> = Vec::new();
         for entry in fs::read_dir(folder).map_err(failed)? {
             let entry = entry.map_err(failed)?;
@@ -178,12 +178,12 @@ mod tests {
         // Each once, in the order in which it was given.
         assert_eq!(expand(&["b.obj", "*.obj", "./b.obj"], false).unwrap(), ["b.obj", "[x].obj"]);
         assert_eq!(expand(&["**/*.stl"], false).unwrap(), ["deep/c.stl"]);
-        for (given, words) in [("*.xyz", "*.xyz matches no shape"), ("deep/deeper/[", "makes no sense")] {
+        for (given, words) in [("*.xyz", "*.xyz matches no shapes"), ("deep/deeper/[", "invalid pattern")] {
             let problem = expand(&[given], false).unwrap_err();
             assert!(problem.contains(words), "{problem}");
         }
         touch(folder, "empty/readme", "");
-        assert!(expand(&["empty"], false).unwrap_err().contains("no shape in the folder"));
+        assert!(expand(&["empty"], false).unwrap_err().contains("no shapes in the folder"));
     }
 
     #[test]

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use crate::geometry::SamplingOptions;
 use crate::inference::Params;
 
-/// One job: what is abstracted, how, and under which name.
+/// One job: input, settings and name.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Job {
     /// Its number in the whole list, from 1, whichever part is done here.

@@ -50,22 +50,22 @@ impl Column {
 /// One sentence with the line and the column.
 pub(super) fn read(path: &Path) -> Result<Vec<Line>, String> {
     let shown = path.display();
-    let bytes = fs::read(path).map_err(|e| format!("can't read the manifest {shown}: {e}"))?;
+    let bytes = fs::read(path).map_err(|e| format!("cannot read the manifest {shown}: {e}"))?;
     let text = std::str::from_utf8(bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&bytes)).map_err(|e| {
         let line = bytes[..e.valid_up_to()].iter().filter(|b| **b == b'\n').count() + 1;
-        format!("{shown}, line {line}: this is no UTF-8 text; save the manifest as UTF-8")
+        format!("{shown}, line {line}: not UTF-8 text; save the manifest as UTF-8")
     })?;
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut builder = Builder { shown: shown.to_string(), folder, lines: Vec::new(), names: HashMap::new() };
     match text.trim_start().chars().next() {
         Some('{') => builder.json_lines(text)?,
         Some('[') => {
-            return Err(format!("{shown} is one JSON array; write an object a line, without brackets"));
+            return Err(format!("{shown} is a JSON array; write one object per line, without brackets"));
         }
         _ => builder.csv(text)?,
     }
     if builder.lines.is_empty() {
-        return Err(format!("there is no job in {shown}; a manifest has one a line, with its input"));
+        return Err(format!("no jobs in {shown}; write one job per line, with its input"));
     }
     Ok(builder.lines)
 }
@@ -89,7 +89,7 @@ impl Builder<'_> {
         self.at(
             line,
             format_args!(
-                ": there is no column “{}”; those are input, name, {}",
+                ": unknown column “{}”; columns are input, name, {}",
                 column.trim(),
                 settings.join(", ")
             ),
@@ -125,7 +125,7 @@ impl Builder<'_> {
             };
             if record.len() > columns.len() {
                 let (has, header) = (record.len(), columns.len());
-                let problem = format!(": there are {has} fields, but the header has {header}");
+                let problem = format!(": {has} fields, but the header has {header}");
                 return Err(self.at(line, problem));
             }
             let cells = columns.iter().zip(&record).map(|((column, _), cell)| (*column, cell.to_owned()));
@@ -143,12 +143,12 @@ impl Builder<'_> {
         for field in fields {
             let column = Column::named(field).ok_or_else(|| self.unknown(line, field))?;
             if columns.iter().any(|(other, _)| *other == column) {
-                return Err(self.at(line, format_args!(": the column “{field}” is there twice")));
+                return Err(self.at(line, format_args!(": duplicate column “{field}”")));
             }
             columns.push((column, field.to_owned()));
         }
         if !columns.iter().any(|(column, _)| *column == Column::Input) {
-            let problem = ": there is no column “input”; the first line names the columns";
+            let problem = ": no column “input”; the first line must name the columns";
             return Err(self.at(line, problem));
         }
         Ok(columns)
@@ -160,14 +160,13 @@ impl Builder<'_> {
             if text.trim().is_empty() {
                 continue;
             }
-            let object: serde_json::Map<String, Value> = serde_json::from_str(text).map_err(|e| {
-                self.at(line, format_args!(", column {}: this is no JSON object", e.column()))
-            })?;
+            let object: serde_json::Map<String, Value> = serde_json::from_str(text)
+                .map_err(|e| self.at(line, format_args!(", column {}: not a JSON object", e.column())))?;
             let mut cells: Vec<(Column, String)> = Vec::new();
             for (field, value) in object {
                 let column = Column::named(&field).ok_or_else(|| self.unknown(line, &field))?;
                 if cells.iter().any(|(other, _)| *other == column) {
-                    return Err(self.at(line, format_args!(": “{field}” is there twice")));
+                    return Err(self.at(line, format_args!(": duplicate “{field}”")));
                 }
                 let cell = match value {
                     Value::String(text) => text.trim().to_owned(),
@@ -175,7 +174,7 @@ impl Builder<'_> {
                     Value::Bool(yes) => yes.to_string(),
                     Value::Null => continue,
                     Value::Array(_) | Value::Object(_) => {
-                        let problem = format!(", column {field}: a text, a number or true is expected");
+                        let problem = format!(", column {field}: expected a string, a number or true");
                         return Err(self.at(line, problem));
                     }
                 };
@@ -199,10 +198,10 @@ impl Builder<'_> {
         let input = input.ok_or_else(|| self.at(line, ", column input: a job needs an input"))?;
         if let Some(name) = &name {
             if name.split(['/', '\\']).any(|part| part == "..") || Path::new(name).is_absolute() {
-                return Err(self.at(line, ", column name: a name leads to no other folder"));
+                return Err(self.at(line, ", column name: a name must stay inside the output folder"));
             }
             if let Some(other) = self.names.insert(nested(name).to_lowercase(), line) {
-                let problem = format!(", column name: line {other} has the name “{name}”, too");
+                let problem = format!(", column name: the name “{name}” is already used in line {other}");
                 return Err(self.at(line, problem));
             }
         }
@@ -262,22 +261,25 @@ mod tests {
         for (content, words) in [
             (
                 &b"input,alpah\na.obj,1\n"[..],
-                "line 1: there is no column “alpah”; those are input, name, method",
+                "line 1: unknown column “alpah”; columns are input, name, method",
             ),
-            (b"name,alpha\na,1\n", "line 1: there is no column “input”"),
-            (b"input,seed,Seed\n", "line 1: the column “Seed” is there twice"),
-            (b"input,seed\na.obj,1\nb.obj,2,3\n", "line 3: there are 3 fields, but the header has 2"),
+            (b"name,alpha\na,1\n", "line 1: no column “input”"),
+            (b"input,seed,Seed\n", "line 1: duplicate column “Seed”"),
+            (b"input,seed\na.obj,1\nb.obj,2,3\n", "line 3: 3 fields, but the header has 2"),
             (b"input,seed\n,1\n", "line 2, column input: a job needs an input"),
-            (b"input,name\na.obj,x\nb.obj,X\n", "line 3, column name: line 2 has the name"),
+            (
+                b"input,name\na.obj,x\nb.obj,X\n",
+                "line 3, column name: the name “X” is already used in line 2",
+            ),
             (b"input,name\na.obj,../x\n", "line 2, column name"),
-            (b"input\na\xff.obj\n", "line 2: this is no UTF-8"),
-            (b"input\n", "there is no job"),
-            (b"", "there is no job"),
+            (b"input\na\xff.obj\n", "line 2: not UTF-8"),
+            (b"input\n", "no jobs"),
+            (b"", "no jobs"),
             (b"{\"input\": \"a\"}\n{\"input\": \n", "line 2, column"),
-            (b"[{\"input\": \"a\"}]", "one JSON array"),
-            (b"{\"input\": \"a\", \"alpah\": 1}", "line 1: there is no column “alpah”"),
+            (b"[{\"input\": \"a\"}]", "is a JSON array"),
+            (b"{\"input\": \"a\", \"alpah\": 1}", "line 1: unknown column “alpah”"),
             (b"{\"input\": \"a\", \"alpha\": [1]}", "line 1, column alpha"),
-            (b"{\"input\": \"a\", \"method\": \"paper\", \"preset\": \"paper\"}", "is there twice"),
+            (b"{\"input\": \"a\", \"method\": \"paper\", \"preset\": \"paper\"}", "duplicate “"),
         ] {
             let problem = of(content).unwrap_err();
             assert!(problem.contains(words), "{problem} lacks {words}");

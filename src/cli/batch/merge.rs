@@ -43,7 +43,7 @@ impl MergeJob {
     /// `None` if it was stopped while it waited for a run of the whole list.
     fn work(&self, cancel: &Cancel) -> anyhow::Result<Option<(Tally, PathBuf)>> {
         must_be_folder(&self.folder)?;
-        let about = || format!("can't read the folder {}", self.folder.display());
+        let about = || format!("cannot read the folder {}", self.folder.display());
         let mut rows: HashMap<String, Row> = HashMap::new();
         // The newest table goes before older ones.
         let name = Part::All.table();
@@ -61,10 +61,7 @@ impl MergeJob {
         collect(&self.folder, &mut done).with_context(about)?;
         rows.extend(done.into_iter().map(|row| (row.name.clone(), row)));
         if rows.is_empty() {
-            bail!(
-                "there are no results in {}; give the folder that the runs wrote to",
-                self.folder.display()
-            );
+            bail!("no results in {}; give the output folder of the runs", self.folder.display());
         }
         let mut rows: Vec<Row> = rows.into_values().collect();
         rows.sort_by(|a, b| (a.job, &a.name).cmp(&(b.job, &b.name)));

@@ -21,44 +21,45 @@ const MOST_JOBS: usize = 1_000_000;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Many shapes")]
 pub(in crate::cli) struct BatchArgs {
-    /// List of jobs, one a line: CSV with a header, or JSON lines
+    /// List of jobs, one per line: CSV with a header, or JSON lines
     ///
-    /// The column input is the shape (relative to the list), name the folder of
-    /// its results; any other is called like an option below (alpha, seed, …) and
-    /// goes before what the command line says. An empty field says nothing.
+    /// Columns: input is the shape (relative to the list), name the folder of its results, and any
+    /// other column an option below (alpha, seed, …), which overrides the command line. Empty
+    /// fields are ignored.
     #[arg(long, value_name = "FILE", conflicts_with = "inputs")]
     manifest: Option<PathBuf>,
-    /// Settings to try out, in all combinations: alpha=0.1,0.5 seed=1..5
+    /// Settings to run in all combinations: alpha=0.1,0.5 seed=1..5
     ///
-    /// Each is called like an option below; both ends of a range belong to it.
-    /// Results go to DIR/NAME/alpha=0.1,seed=1 and so on.
+    /// Keys are the names of the options below; ranges are inclusive. Results go to
+    /// DIR/NAME/alpha=0.1,seed=1 and so on.
     #[arg(long, value_name = "KEY=VALUES", num_args = 1..)]
     sweep: Vec<Swept>,
-    /// Number of jobs side by side [default: one a core]
+    /// Number of parallel jobs [default: one per core]
     ///
-    /// The cores are shared among them. The results are the same for any number.
+    /// The jobs share all cores. Results do not depend on this number.
     #[arg(long, value_name = "COUNT", value_parser = at_least_one)]
     jobs: Option<usize>,
-    /// Take the shapes in folders below the given ones, too
+    /// Include shapes in subfolders
     #[arg(short, long)]
     recursive: bool,
-    /// Do every N-th job only, beginning with I, counted from 0; N machines share a list
+    /// Run only every N-th job, starting with I, counted from 0; for sharing a list among N
+    /// machines
     ///
-    /// Each writes a table of its own, results.I-of-N.csv.
+    /// Each machine writes its own table, results.I-of-N.csv.
     #[arg(long, value_name = "I/N", conflicts_with = "lines")]
     shard: Option<Shard>,
-    /// Do some jobs of the list only, counted from 1; both ends belong to it
+    /// Run only these jobs of the list, counted from 1, inclusive
     ///
-    /// The header of a manifest doesn't count. The table is results.lines-A-to-B.csv.
+    /// The header of a manifest is not counted. The table is results.lines-A-to-B.csv.
     #[arg(long, value_name = "A..B")]
     lines: Option<Lines>,
-    /// Do also those jobs again that are finished
+    /// Run finished jobs again
     #[arg(long)]
     force: bool,
 }
 
 fn at_least_one(text: &str) -> Result<usize, String> {
-    text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "it must be a whole number from 1".to_owned())
+    text.parse().ok().filter(|n| *n > 0).ok_or_else(|| "expected a whole number from 1".to_owned())
 }
 
 impl BatchArgs {
@@ -102,7 +103,7 @@ impl BatchArgs {
 fn list(lines: &[Line], sweep: &Sweep, settings: &SettingsArgs) -> Result<Vec<Job>, String> {
     settings.applied()?;
     if lines.len().saturating_mul(sweep.len()) > MOST_JOBS {
-        return Err(format!("these are more than {MOST_JOBS} jobs; make several lists of them"));
+        return Err(format!("more than {MOST_JOBS} jobs; split them into several lists"));
     }
     let origins: Vec<Origin<'_>> = lines
         .iter()
@@ -116,7 +117,7 @@ fn list(lines: &[Line], sweep: &Sweep, settings: &SettingsArgs) -> Result<Vec<Jo
     let mut used = HashSet::new();
     for (line, base) in lines.iter().zip(names(&origins)) {
         if let Some(key) = sweep.keys().find(|key| line.settings.iter().any(|(own, _)| own == key)) {
-            let problem = format!("{}, column {key}: --sweep has values for it, too", line.place);
+            let problem = format!("{}, column {key}: --sweep also sets {key}", line.place);
             return Err(problem);
         }
         for combination in sweep.combinations() {
@@ -135,14 +136,14 @@ fn list(lines: &[Line], sweep: &Sweep, settings: &SettingsArgs) -> Result<Vec<Jo
                 false => format!("{base}/{}", safe(&shown(combination))),
             };
             if !used.insert(name.to_lowercase()) {
-                return Err(format!("two jobs would have the name {name}; give them names in a manifest"));
+                return Err(format!("two jobs would have the name {name}; set their names in a manifest"));
             }
             jobs.push(Job { number: jobs.len() + 1, name, input: line.input.clone(), sampling, params });
         }
     }
     let params: Vec<Params> = jobs.iter().map(|job| job.params).collect();
     if let Some(option) = settings.tuning.unread(&params) {
-        return Err(format!("none of the methods reads {option}; leave it out"));
+        return Err(format!("none of the methods uses {option}; remove it"));
     }
     Ok(jobs)
 }

@@ -125,7 +125,7 @@ impl Row {
 
     /// Of a job that the batch did not come to, or that it gave up.
     pub(super) fn cancelled(job: &Job) -> Self {
-        Self::new(job, Status::Cancelled, "the batch was stopped before".to_owned())
+        Self::new(job, Status::Cancelled, "the batch was stopped before this job".to_owned())
     }
 }
 

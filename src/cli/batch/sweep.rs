@@ -1,4 +1,4 @@
-//! Settings to be tried out, and parts of a list.
+//! Sweeps over settings, and parts of a list of jobs.
 
 use std::str::FromStr;
 
@@ -24,20 +24,18 @@ impl FromStr for Swept {
     /// `alpha=0.1,0.5`, `seed=1..5`: both ends of a range belong to it.
     fn from_str(text: &str) -> Result<Self, String> {
         let (name, list) = text.split_once('=').ok_or_else(|| {
-            format!(
-                "“{text}” is not like alpha=0.1,0.5; write inputs before --sweep, or other options between"
-            )
+            format!("“{text}” is not of the form alpha=0.1,0.5; write inputs before --sweep")
         })?;
         let key = key(name).ok_or_else(|| {
             let names: Vec<&str> = keys().collect();
-            format!("“{name}” is no setting; those are {}", names.join(", "))
+            format!("“{name}” is not a setting; settings are {}", names.join(", "))
         })?;
         let mut values: Vec<String> = Vec::new();
         for part in list.to_lowercase().split(',').map(str::trim) {
             let several = match part.split_once("..") {
                 Some((from, to)) => range(from, to)
-                    .ok_or_else(|| format!("“{part}” is no range of 1 to {MOST_VALUES} whole numbers"))?,
-                None if part.is_empty() => return Err(format!("a value of {key} is empty in “{text}”")),
+                    .ok_or_else(|| format!("“{part}” is not a range of 1 to {MOST_VALUES} whole numbers"))?,
+                None if part.is_empty() => return Err(format!("empty value of {key} in “{text}”")),
                 None => vec![part.to_owned()],
             };
             for value in several {
@@ -59,7 +57,7 @@ impl Sweep {
     pub(super) fn new(swept: Vec<Swept>) -> Result<Self, String> {
         for (at, one) in swept.iter().enumerate() {
             if swept[..at].iter().any(|other| other.key == one.key) {
-                return Err(format!("--sweep names {} twice; give all its values at once", one.key));
+                return Err(format!("--sweep has {} twice; list all its values together", one.key));
             }
         }
         Ok(Self(swept))
@@ -114,8 +112,8 @@ impl FromStr for Shard {
         let parsed = text.split_once('/').and_then(|(i, n)| Some((i.parse().ok()?, n.parse().ok()?)));
         match parsed {
             Some((index, of)) if index < of => Ok(Self { index, of }),
-            Some(_) => Err("shards are counted from 0: of four they are 0/4, 1/4, 2/4 and 3/4".to_owned()),
-            None => Err("it must be like 0/4".to_owned()),
+            Some(_) => Err("shards are counted from 0: four shards are 0/4, 1/4, 2/4 and 3/4".to_owned()),
+            None => Err("expected a value such as 0/4".to_owned()),
         }
     }
 }
@@ -134,7 +132,7 @@ impl FromStr for Lines {
         let (from, to) = text.split_once("..").unwrap_or((text, text));
         match (from.trim().parse(), to.trim().parse()) {
             (Ok(from), Ok(to)) if 0 < from && from <= to => Ok(Self { from, to }),
-            _ => Err("it must be like 11..20, counted from 1".to_owned()),
+            _ => Err("expected a range such as 11..20, counted from 1".to_owned()),
         }
     }
 }
@@ -184,9 +182,9 @@ mod tests {
         assert!(Sweep::new(vec![swept("seed=1").unwrap(), swept("seed=2").unwrap()]).is_err());
         for (text, words) in [
             ("alpha", "write inputs before"),
-            ("alpah=1", "no setting"),
-            ("seed=3..1", "no range"),
-            ("seed=0..99999", "no range"),
+            ("alpah=1", "is not a setting"),
+            ("seed=3..1", "is not a range"),
+            ("seed=0..99999", "is not a range"),
             ("alpha=1,,2", "empty"),
         ] {
             assert!(swept(text).unwrap_err().contains(words), "{text}");

@@ -9,10 +9,10 @@ use crate::cli::output::{print, say};
 const FIRST_FAILURE: usize = 11;
 const MOST_FAILURES: usize = 100;
 
-/// Most failed jobs that are listed at the end; the tables have all.
+/// Maximum number of failed jobs listed at the end; the tables contain all.
 const MOST_LISTED: usize = 20;
 
-/// The exit status that tells how many of several failed.
+/// Exit status for this number of failures.
 pub(in crate::cli) fn failures(failed: usize) -> ExitCode {
     match failed {
         0 => ExitCode::SUCCESS,
@@ -20,7 +20,7 @@ pub(in crate::cli) fn failures(failed: usize) -> ExitCode {
     }
 }
 
-/// How a batch went.
+/// Outcome of a batch.
 #[derive(Debug, Default)]
 pub(super) struct Tally {
     /// Finished, also by an earlier batch.
@@ -52,7 +52,7 @@ impl Tally {
             say(&format!("{name}: {problem}"));
         }
         if self.failed.len() > MOST_LISTED {
-            say(&format!("and {} more; the table has all of them", self.failed.len() - MOST_LISTED));
+            say(&format!("and {} more; see the table", self.failed.len() - MOST_LISTED));
         }
         if self.failed.is_empty() { arrived } else { failures(self.failed.len()) }
     }
@@ -62,7 +62,7 @@ impl Tally {
         let all = self.ok + self.failed.len() + self.cancelled;
         let mut text = format!("{all} {}: {} done", if all == 1 { "job" } else { "jobs" }, self.ok);
         if self.before > 0 {
-            text += &format!(", {} of them before", self.before);
+            text += &format!(", {} of them earlier", self.before);
         }
         if !self.failed.is_empty() {
             text += &format!("; {} failed", self.failed.len());

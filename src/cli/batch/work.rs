@@ -22,7 +22,7 @@ use crate::inference::Cancel;
 use crate::io::{self, Inputs};
 use crate::worker::Source;
 
-/// Many jobs to do.
+/// A batch of jobs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BatchJob {
     pub(super) jobs: Vec<Job>,
@@ -52,13 +52,13 @@ impl BatchJob {
         let cancel = cancel_on_interrupt();
         match self.work(&cancel) {
             Ok(None) => {
-                say("stopped before anything was begun");
+                say("stopped before anything was started");
                 ExitCode::from(INTERRUPTED)
             }
             Ok(Some((tally, table))) => {
                 let summary = format!("{}, results in {}", tally.summary(), table.display());
                 if tally.cancelled > 0 {
-                    say(&format!("stopped: {summary}; the same command goes on from there"));
+                    say(&format!("stopped: {summary}; repeat the command to resume"));
                     return ExitCode::from(INTERRUPTED);
                 }
                 tally.conclude(&if self.quiet { String::new() } else { summary + "\n" })
@@ -71,11 +71,11 @@ impl BatchJob {
     /// it waited for another.
     fn work(&self, cancel: &Cancel) -> anyhow::Result<Option<(Tally, PathBuf)>> {
         if self.output.exists() && !self.output.is_dir() {
-            bail!("{} is not a folder; name another one for the results", self.output.display());
+            bail!("{} is not a folder; choose another one for the results", self.output.display());
         }
         self.check_outputs()?;
         if self.jobs.is_empty() && !self.quiet {
-            say(&format!("there is nothing to do for this part of the list, which has {} jobs", self.listed));
+            say(&format!("nothing to do for this part of the list of {} jobs", self.listed));
         }
         let Some(desk) = Desk::take(&self.output, &self.table, cancel)? else { return Ok(None) };
 
@@ -93,7 +93,7 @@ impl BatchJob {
         let open: Vec<usize> = (0..rows.len()).filter(|&at| rows[at].is_none()).collect();
         let before = rows.len() - open.len();
         if before > 0 && !self.quiet {
-            say(&format!("{before} of {} jobs were done before", rows.len()));
+            say(&format!("{before} of {} jobs were already done", rows.len()));
         }
 
         let workers = self.workers.clamp(1, open.len().max(1));
@@ -184,17 +184,17 @@ impl BatchJob {
     }
 }
 
-/// Does one job; its files are in place when this returns.
+/// Runs one job; its files are in place on return.
 fn one(job: &Job, exports: &[String], desk: &Desk, cancel: &Cancel, line: &Line) -> anyhow::Result<Row> {
     let start = Instant::now();
-    let place = desk.place(job.number).with_context(|| format!("can't make files for {}", job.name))?;
+    let place = desk.place(job.number).with_context(|| format!("cannot create files for {}", job.name))?;
     // Before it is read: if it changes in between, the next batch sees that.
     let content = fingerprint::content(&job.input);
     let finished =
         Finished::make(&Source::File(job.input.clone()), job.sampling, job.params, cancel, |stage| {
             line.show(stage);
         })?;
-    let content = content.with_context(|| format!("can't read {}", job.input.display()))?;
+    let content = content.with_context(|| format!("cannot read {}", job.input.display()))?;
     let made_from = fingerprint::of_job(&content, &job.sampling, &job.params, exports)?;
     let written = finished.write(&place, &desk.target(&job.name), exports)?;
     let row = Row::ok(job, &finished, &written.notes, start.elapsed().as_secs_f64());

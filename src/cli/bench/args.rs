@@ -47,7 +47,7 @@ pub(in crate::cli) struct BenchArgs {
     measure: MeasureArgs,
     #[command(flatten)]
     scaling: ScalingArgs,
-    #[command(next_help_heading = "Settings of all methods that read them")]
+    #[command(next_help_heading = "Settings, for all methods that use them")]
     #[command(flatten)]
     tuning: TuningArgs,
 }
@@ -60,7 +60,7 @@ impl FromStr for Seeds {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let number = |t: &str| t.trim().parse::<u64>().map_err(|_| format!("“{t}” is no whole number"));
+        let number = |t: &str| t.trim().parse::<u64>().map_err(|_| format!("“{t}” is not a whole number"));
         let mut seeds = Vec::new();
         for part in text.split(',') {
             match part.split_once("..") {
@@ -68,7 +68,7 @@ impl FromStr for Seeds {
                 Some((from, to)) => {
                     let (from, to) = (number(from)?, number(to)?);
                     if from > to || to - from >= MOST_SEEDS {
-                        return Err(format!("“{part}” is no range of 1 to {MOST_SEEDS} seeds"));
+                        return Err(format!("“{part}” is not a range of 1 to {MOST_SEEDS} seeds"));
                     }
                     seeds.extend(from..=to);
                 }
@@ -92,7 +92,7 @@ impl BenchArgs {
         }
         let params: Vec<Params> = methods.iter().map(|(_, params)| *params).collect();
         if let Some(option) = self.tuning.unread(&params) {
-            return Err(format!("none of the methods reads {option}; leave it out"));
+            return Err(format!("none of the methods uses {option}; remove it"));
         }
         let args = std::env::args_os().skip(1);
         let command = args.fold("superform".to_owned(), |all, arg| all + " " + &arg.to_string_lossy());
@@ -127,8 +127,8 @@ mod tests {
         let seeds = |text: &str| text.parse::<Seeds>().map(|s| s.0);
         assert_eq!(seeds("1..3"), Ok(vec![1, 2, 3]));
         assert_eq!(seeds("7,2..4, 3"), Ok(vec![2, 3, 4, 7]));
-        assert!(seeds("3..1").unwrap_err().contains("no range"));
-        assert!(seeds("0..18446744073709551615").unwrap_err().contains("no range"));
+        assert!(seeds("3..1").unwrap_err().contains("is not a range"));
+        assert!(seeds("0..18446744073709551615").unwrap_err().contains("is not a range"));
         assert!(seeds("one").unwrap_err().contains("“one”"));
         assert!(seeds("").is_err());
     }

@@ -23,9 +23,9 @@ pub(super) fn markdown(table: &Table) -> String {
     }
     let mut text = aligned(&cells, 2);
     text.push_str(
-        "\nMedians over seeds; spread is worst/median. The last rows are geometric means, \
-         and the mean for IoU. Lengths are in units of the reference's longest edge, seconds are those of \
-         one core.\n",
+        "\nMedians over seeds; spread is worst/median. The last rows are geometric means (arithmetic mean \
+         for IoU). Lengths are in units of the longest edge of the reference's bounding box; seconds are \
+         CPU seconds on one core.\n",
     );
     for versus in table.comparison.iter().flatten() {
         text.push_str(&comparison(versus));

@@ -1,4 +1,4 @@
-//! The runs themselves, side by side, each on one core.
+//! Runs in parallel, each on one core.
 
 use std::sync::{Arc, Mutex, PoisonError};
 use std::time::Duration;
@@ -115,7 +115,7 @@ fn figures(
     let (Some(chamfer_l1), Some(accuracy), Some(completeness)) =
         (found.chamfer_l1, found.accuracy, found.completeness)
     else {
-        return Err("it found no primitive with a surface".to_owned());
+        return Err("no primitive with a surface was found".to_owned());
     };
     Ok(Row {
         shape: name.to_owned(),

@@ -31,11 +31,11 @@ const MOST_POINTS: usize = 10_000_000;
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Growth")]
 pub(super) struct ScalingArgs {
-    /// Measure how the time of one method on one shape (the built-in one if none
-    /// is given) grows with N, K and T
+    /// Measure how the run time of one method on one shape (default: the built-in one) grows with
+    /// N, K and T
     #[arg(long)]
     scaling: bool,
-    /// Numbers of samples N; also those of the points of clouds that are thinned
+    /// Numbers of samples N; also the numbers of points of clouds to be thinned
     #[arg(
         long,
         value_name = "N,…",
@@ -44,7 +44,7 @@ pub(super) struct ScalingArgs {
         default_value = "1000,3000,10000,30000,100000,300000,1000000"
     )]
     vary_points: Vec<usize>,
-    /// Numbers of clusters K at the start
+    /// Numbers of initial clusters K
     #[arg(
         long,
         value_name = "K,…",
@@ -117,7 +117,7 @@ impl ScalingArgs {
         command: String,
     ) -> Result<ScalingJob, String> {
         let &[(method, params)] = methods else {
-            return Err("--scaling measures one method; give one".to_owned());
+            return Err("--scaling measures one method; give only one".to_owned());
         };
         if shapes.len() > 1 {
             return Err("--scaling measures one shape; give one, or none for the built-in one".to_owned());
@@ -134,7 +134,7 @@ impl ScalingArgs {
             if let Some(value) = values.iter().find(|v| !(least..=most).contains(v)) {
                 let symbol = varied.symbol();
                 return Err(format!(
-                    "a value of {symbol} is {value}, but must lie between {least} and {most}"
+                    "a value of {symbol} is {value}, but must be between {least} and {most}"
                 ));
             }
             sizes.extend(values.into_iter().map(|value| (varied, value)));
@@ -202,7 +202,7 @@ impl ScalingJob {
         self.shape.iter().for_each(|path| inputs.add(path));
         inputs.check([MARKDOWN_FILE, CSV_FILE].map(|name| self.output.join(name)))?;
         fs::create_dir_all(&self.output)
-            .with_context(|| format!("can't make the folder {}", self.output.display()))?;
+            .with_context(|| format!("cannot create the folder {}", self.output.display()))?;
         let bar = ProgressBar::new(self.sizes.len() as u64);
         if let Ok(style) = ProgressStyle::with_template("{bar:30} {pos}/{len} {elapsed} {msg}") {
             bar.set_style(style);
@@ -255,9 +255,9 @@ impl ScalingJob {
         let threads = rayon::current_num_threads();
         let usual = grouped(self.sampling.points);
         let mut text = format!(
-            "Seconds on {name} with the method {}, by the clock, on {}; medians over seeds, of which there are \
-             fewer where one takes more than {LONG} s. N = {usual}, K = {} and T = {} where they are not varied. \
-             \"Thinned\" is a cloud of N random points of the surface that is thinned to {usual} samples.\n",
+            "Wall-clock seconds on {name} with the method {}, on {}; medians over seeds (fewer seeds where \
+             one takes more than {LONG} s). N = {usual}, K = {} and T = {} unless varied. \"Thinned\" is a \
+             cloud of N random surface points thinned to {usual} samples.\n",
             self.method,
             if threads == 1 { "one thread".to_owned() } else { format!("{threads} threads") },
             self.params.clusters,
@@ -272,7 +272,7 @@ impl ScalingJob {
             let has_thinned = rows.iter().any(|line| !line.thinned.is_empty());
             let mut header = vec![symbol, "sample", "start", "iterations", "finish", "run", "primitives"];
             if varied == Varied::Samples {
-                header.push("µs a sample");
+                header.push("µs per sample");
             }
             if has_thinned {
                 header.extend(["thinned: sample", "run"]);
@@ -284,7 +284,7 @@ impl ScalingJob {
             text.push_str(&growth(symbol, &rows));
         }
         text.push_str(&format!(
-            "\nMade by `{}` with superform {}.\n",
+            "\nCommand: `{}` with superform {}.\n",
             self.command,
             env!("CARGO_PKG_VERSION")
         ));
@@ -329,7 +329,7 @@ impl ScalingJob {
                 text(line.thinned_median(Timed::run)),
             ])?;
         }
-        out.into_inner().context("can't make the table")
+        out.into_inner().context("cannot write the table")
     }
 }
 
@@ -347,7 +347,7 @@ fn timed_run(
     let found = cloud.points.len();
     if found < points {
         bail!(
-            "it has {} distinct points, too few for {} samples; vary the samples up to that, or give a mesh",
+            "it has {} distinct points, too few for {} samples; use fewer samples or give a mesh",
             grouped(found),
             grouped(points)
         );
@@ -404,7 +404,7 @@ fn growth(symbol: &str, rows: &[&Line]) -> String {
     let told: Vec<String> = [
         ("the run grows", power(&|line| line.median(Timed::run))),
         ("its iterations", power(&|line| line.median(|r| r.iterations))),
-        ("what comes after them", power(&|line| line.median(|r| r.finish))),
+        ("the refinement", power(&|line| line.median(|r| r.finish))),
         ("sampling", power(&|line| line.median(|r| r.sample)).filter(|_| symbol == Varied::Samples.symbol())),
         ("thinning", power(&|line| line.thinned_median(|r| r.sample))),
     ]
@@ -413,7 +413,7 @@ fn growth(symbol: &str, rows: &[&Line]) -> String {
     .collect();
     match &told[..] {
         [] => String::new(),
-        told => format!("\nBy the slope in log-log, {}.\n", told.join(", ")),
+        told => format!("\nSlopes in log-log: {}.\n", told.join(", ")),
     }
 }
 

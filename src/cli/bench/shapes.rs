@@ -40,13 +40,13 @@ pub(super) fn find(given: &[PathBuf], references: Option<&Path>) -> anyhow::Resu
     let mut shapes = Vec::new();
     for path in given {
         if path.is_dir() {
-            let found = folder(path).with_context(|| format!("can't list {}", path.display()))?;
+            let found = folder(path).with_context(|| format!("cannot list {}", path.display()))?;
             if found.is_empty() {
-                bail!("there is no shape in {}; give another folder or a file", path.display());
+                bail!("no shapes in {}; give another folder or a file", path.display());
             }
             shapes.extend(found.into_iter().map(alone));
         } else if !path.is_file() {
-            bail!("can't find {}; give a shape, a folder of shapes or a list", path.display());
+            bail!("{} not found; give a shape, a folder of shapes or a list", path.display());
         } else if is_list(path) {
             shapes.extend(read_list(path)?);
         } else {
@@ -66,7 +66,7 @@ pub(super) fn find(given: &[PathBuf], references: Option<&Path>) -> anyhow::Resu
     for (i, shape) in shapes.iter().enumerate() {
         if let Some(twin) = shapes[..i].iter().find(|s| s.name == shape.name) {
             bail!(
-                "{} and {} would have the same name, {}; rename one or leave it out",
+                "{} and {} would have the same name, {}; rename or remove one",
                 twin.input.display(),
                 shape.input.display(),
                 shape.name
@@ -123,8 +123,8 @@ fn read_list(path: &Path) -> anyhow::Result<Vec<BenchShape>> {
 /// don't matter.
 pub(super) fn rows(path: &Path, columns: &[&str]) -> anyhow::Result<Vec<(u64, Vec<String>)>> {
     let shown = path.display();
-    let mut rows = reader(path).with_context(|| format!("can't read {shown}"))?;
-    let headers = rows.headers().with_context(|| format!("can't read {shown}"))?.clone();
+    let mut rows = reader(path).with_context(|| format!("cannot read {shown}"))?;
+    let headers = rows.headers().with_context(|| format!("cannot read {shown}"))?.clone();
     let at = columns
         .iter()
         .map(|column| {
@@ -137,7 +137,7 @@ pub(super) fn rows(path: &Path, columns: &[&str]) -> anyhow::Result<Vec<(u64, Ve
         .collect::<anyhow::Result<Vec<usize>>>()?;
     rows.records()
         .map(|record| {
-            let record = record.with_context(|| format!("can't read {shown}"))?;
+            let record = record.with_context(|| format!("cannot read {shown}"))?;
             let line = record.position().map_or(0, csv::Position::line);
             Ok((line, at.iter().map(|&i| record.get(i).unwrap_or_default().to_owned()).collect()))
         })
@@ -192,8 +192,8 @@ mod tests {
         let narrow = write(folder, "narrow.csv", "name,cloud\nq,a.xyz\n");
         for (given, words) in [
             (vec![a.clone(), again], "the same name, a.xyz"),
-            (vec![empty], "no shape in"),
-            (vec![folder.join("gone.obj")], "can't find"),
+            (vec![empty], "no shapes in"),
+            (vec![folder.join("gone.obj")], "not found"),
             (vec![nameless], "line 2: a shape needs a name"),
             (vec![narrow], "has no column reference"),
         ] {

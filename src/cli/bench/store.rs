@@ -40,7 +40,7 @@ impl Store {
     /// Opens the file or makes it. Lines that are no rows (the last one of a
     /// run that was killed, or one by another version) count as not there.
     pub(super) fn open(path: &Path) -> anyhow::Result<Self> {
-        let about = || format!("can't keep the finished runs in {}", path.display());
+        let about = || format!("cannot store finished runs in {}", path.display());
         let mut file = OpenOptions::new()
             .read(true)
             .write(true)
@@ -67,7 +67,7 @@ impl Store {
     pub(super) fn add(&mut self, row: Row) -> anyhow::Result<()> {
         let mut line = serde_json::to_vec(&row)?;
         line.push(b'\n');
-        let failed = |e| anyhow!("can't keep a finished run: {}", on_writing(&e));
+        let failed = |e| anyhow!("cannot store a finished run: {}", on_writing(&e));
         self.file.write_all(&line).map_err(failed)?;
         self.rows.push(row);
         Ok(())

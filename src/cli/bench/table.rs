@@ -113,16 +113,16 @@ pub(super) fn read_others(path: &Path) -> anyhow::Result<HashMap<String, Other>>
     for (line, row) in rows(path, &["name", "primitives", "chamfer_l1", "iou"])? {
         let number = |i: usize, name: &str| match row[i].parse::<f64>() {
             Ok(v) if v > 0.0 && v.is_finite() => Ok(v),
-            _ => bail!("{}, line {line}: {name} is “{}”, no number above 0", path.display(), row[i]),
+            _ => bail!("{}, line {line}: {name} is “{}”, expected a number above 0", path.display(), row[i]),
         };
         let iou = match row[3].parse::<f64>() {
             _ if row[3].is_empty() => None,
             Ok(v) if (0.0..=1.0).contains(&v) => Some(v),
-            _ => bail!("{}, line {line}: iou is “{}”, no number from 0 to 1", path.display(), row[3]),
+            _ => bail!("{}, line {line}: iou is “{}”, expected a number from 0 to 1", path.display(), row[3]),
         };
         let other = Other { primitives: number(1, "primitives")?, chamfer_l1: number(2, "chamfer_l1")?, iou };
         if others.insert(row[0].clone(), other).is_some() {
-            bail!("{}, line {line}: a second row for {}; leave one out", path.display(), row[0]);
+            bail!("{}, line {line}: duplicate row for {}; remove one", path.display(), row[0]);
         }
     }
     Ok(others)
@@ -339,7 +339,7 @@ mod tests {
         let path = folder.path().join("x.csv");
         for (text, words) in [
             ("name,primitives\na,3\n", "no column chamfer_l1"),
-            ("name,primitives,chamfer_l1,iou\na,3,0.1,\na,3,0.1,\n", "line 3: a second row for a"),
+            ("name,primitives,chamfer_l1,iou\na,3,0.1,\na,3,0.1,\n", "line 3: duplicate row for a"),
             ("name,primitives,chamfer_l1,iou\na,3,zero,\n", "line 2: chamfer_l1 is “zero”"),
             ("name,primitives,chamfer_l1,iou\na,3,0.1,7\n", "line 2: iou is “7”"),
         ] {

@@ -65,7 +65,7 @@ fn meant(path: &Path, found: &mut Vec<(PathBuf, String)>) -> Result<(), String> 
     found.extend(shapes.map(|path| (path.clone(), title_of(&path))));
     if found.len() == before {
         return Err(format!(
-            "there is neither a result nor a shape in the folder {}; give the folder of a run or of a batch",
+            "neither a result nor a shape in the folder {}; give the folder of a run or a batch",
             path.display()
         ));
     }
@@ -91,7 +91,7 @@ fn below(folder: &Path, title: &str, found: &mut Vec<(PathBuf, String)>) -> Resu
 
 /// What is in a folder, by name, without what is hidden.
 fn entries(folder: &Path) -> Result<Vec<PathBuf>, String> {
-    let failed = |e: std::io::Error| format!("can't list the folder {}: {e}", folder.display());
+    let failed = |e: std::io::Error| format!("cannot list the folder {}: {e}", folder.display());
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).map_err(failed)? {
         let entry = entry.map_err(failed)?;

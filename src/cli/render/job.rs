@@ -1,4 +1,4 @@
-//! What pictures are to be taken, and how.
+//! What to render, and how.
 
 use std::path::PathBuf;
 
@@ -102,7 +102,7 @@ impl RenderJob {
     /// Says why there is no picture.
     pub fn run(&self) -> std::process::ExitCode {
         crate::cli::output::fail(
-            "this program was built without its window, and can't draw: build it with the feature `window` \
+            "this program was built without a window and cannot render; build it with the feature `window` \
              (cargo build --release)",
         )
     }

@@ -53,13 +53,13 @@ impl<'a> Work<'a> {
             let shown = output.display();
             if entries.len() > 1 {
                 bail!(
-                    "{shown} is one file, and there are {} results: name a folder for their pictures, or ask \
-                     for a --sheet",
+                    "{shown} is one file, but there are {} results; give a folder for their pictures or use \
+                     --sheet",
                     entries.len()
                 );
             }
             if job.views.len() > 1 && io::is_written_through(output) {
-                bail!("{shown} takes one picture, and there are {} views: name a folder", job.views.len());
+                bail!("{shown} is one file, but there are {} views; give a folder", job.views.len());
             }
         }
         let outputs = outputs(job, &entries)?;
@@ -75,7 +75,7 @@ impl<'a> Work<'a> {
         let painter = Painter::new()?;
         if let Some(folder) = job.output.as_deref().filter(|output| !is_one_picture(output)) {
             std::fs::create_dir_all(folder)
-                .with_context(|| format!("can't make the folder {}", folder.display()))?;
+                .with_context(|| format!("cannot create the folder {}", folder.display()))?;
         }
         let is_shown = !job.quiet && entries.len() > 1;
         let bar = if is_shown { ProgressBar::new(entries.len() as u64) } else { ProgressBar::hidden() };
@@ -110,7 +110,7 @@ impl<'a> Work<'a> {
         }
         self.bar.finish_and_clear();
         if cancel.is_requested() {
-            say("stopped; the pictures that were told of are whole, the others were not made");
+            say("stopped; the listed pictures are complete, the others were not written");
             return Ok(ExitCode::from(INTERRUPTED));
         }
         // A sheet of nothing but problems is no picture.
@@ -226,13 +226,13 @@ impl<'a> Work<'a> {
     fn missing(&self, subject: &Subject) -> Option<&'static str> {
         match self.job.look.color_by? {
             ColorBy::Input if !subject.has_input_colors() => {
-                Some("its points have no colours in the file: they are grey")
+                Some("its points have no colours in the file and are shown in grey")
             }
             ColorBy::OwnDistance if !subject.has_labels() => {
-                Some("there are no points with a primitive of their own: colours tell no error")
+                Some("no points are assigned to a primitive, so there is no error to show")
             }
             ColorBy::SurfaceDistance if !subject.has_surfaces() => {
-                Some("there are no primitives and an input to compare: colours tell no distance")
+                Some("comparing needs primitives and an input, so there is no distance to show")
             }
             _ => None,
         }
@@ -260,7 +260,10 @@ fn outputs(job: &RenderJob, entries: &[Entry]) -> anyhow::Result<Vec<PathBuf>> {
     let mut outputs: Vec<PathBuf> = pictures.collect();
     if let Some(sheet) = &job.sheet {
         if outputs.contains(&sheet.path) {
-            bail!("{} is to be a picture and the sheet; give them two names", sheet.path.display());
+            bail!(
+                "{} is used for both a picture and the sheet; give two different names",
+                sheet.path.display()
+            );
         }
         outputs.push(sheet.path.clone());
     }

@@ -3,8 +3,8 @@
 /// Why nothing can be measured against a shape.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ReferenceError {
-    #[error("the reference has no face with an area; choose another mesh or its cloud")]
+    #[error("the reference has no faces with non-zero area; choose another mesh or a point cloud")]
     NoSurface,
-    #[error("the reference has no two distinct finite points; choose another cloud")]
+    #[error("the reference has fewer than two distinct finite points; choose another cloud")]
     NoPoints,
 }

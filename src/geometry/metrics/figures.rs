@@ -36,7 +36,7 @@ impl MetricOptions {
         for (name, value) in [("samples", self.samples), ("volume points", self.volume_points)] {
             if !(least..=most).contains(&value) {
                 return Err(format!(
-                    "the number of {name} is {value}, but must lie between {least} and {most}"
+                    "the number of {name} is {value}, but must be between {least} and {most}"
                 ));
             }
         }

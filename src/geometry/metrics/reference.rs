@@ -53,7 +53,7 @@ pub struct Reference {
 impl Reference {
     /// Prepares a mesh: distances to it are exact, and it has a volume where
     /// it is closed well enough for its inside to be told.
-    ///
+    /// unfinished jobs.
     /// # Errors
     /// [`ReferenceError::NoSurface`] where it has no face with an area.
     pub fn of_mesh(mesh: &TriMesh, options: &MetricOptions) -> Result<Self, ReferenceError> {
@@ -72,14 +72,14 @@ impl Reference {
                 notes.push(format!("{count} of {} faces {what}", clean.faces.len()));
             }
         };
-        note(clean.duplicates, "were there twice and count once");
-        note(flips.iter().filter(|f| **f).count(), "were turned over so that all face outward");
+        note(clean.duplicates, "were duplicates and count once");
+        note(flips.iter().filter(|f| **f).count(), "were flipped so that all face outward");
         let (volume, doubts) = Volume::of(&tree, clean.bounds, options);
         let edges = patches.edges;
         if edges.boundary > 0 || doubts > WORTH_A_NOTE {
             notes.push(format!(
-                "the mesh is not watertight: of {} edges {} have one face only and {} more than two; \
-                 {:.1} % of the box is neither clearly inside nor outside",
+                "the mesh is not watertight: of {} edges, {} have only one face and {} have more than two; \
+                 {:.1} % of the bounding box is neither clearly inside nor outside",
                 edges.edges,
                 edges.boundary,
                 edges.branching,
@@ -89,7 +89,7 @@ impl Reference {
         let thickness = 2.0 * volume.share(&volume.occupied) * volume.box_volume / area;
         if volume.unclear.is_none() && thickness < THIN {
             notes.push(format!(
-                "the mesh is thin ({:.2} % of its longest edge on average): IoU is harsh here",
+                "the mesh is thin ({:.2} % of its longest edge on average), so IoU is strict here",
                 100.0 * thickness
             ));
         }
@@ -100,7 +100,7 @@ impl Reference {
     /// Prepares a cloud: distances to it are those to its nearest point, so
     /// that none falls below its spacing, and it has no volume. Points that are
     /// not finite are left out.
-    ///
+    /// unfinished jobs.
     /// # Errors
     /// [`ReferenceError::NoPoints`] where no two distinct points are left.
     pub fn of_cloud(points: &[Point3<f64>], options: &MetricOptions) -> Result<Self, ReferenceError> {
@@ -112,7 +112,7 @@ impl Reference {
             samples.par_iter().map(|p| tree.nearest(p, 2).last().map_or(0.0, |(d2, _)| d2.sqrt())).collect();
         let spacing = spacings.iter().sum::<f64>() / spacings.len() as f64;
         let notes = vec![format!(
-            "the reference is a cloud: accuracy can't fall below about {:.4}, which comes from its spacing",
+            "the reference is a cloud: because of its point spacing, accuracy cannot fall below about {:.4}",
             0.9 * spacing
         )];
         let volume = Err("the reference is a cloud, which encloses no volume".to_owned());
@@ -213,14 +213,14 @@ impl Volume {
         let undecided = count(&|w| w > 0.25 && w < 0.75) / inside.max(1.0);
         let unclear = if inside <= FEWEST_INSIDE as f64 {
             Some(format!(
-                "the mesh encloses next to no volume ({inside} of {} points): it is open, a thin \
-                 shell, or takes more samples to tell",
+                "the mesh encloses almost no volume ({inside} of {} points): it is open, a thin shell, or \
+                 needs more samples",
                 points.len()
             ))
         } else if doubts >= UNDECIDED || undecided >= UNDECIDED {
             Some(format!(
-                "the mesh is open or a thin shell: the winding number is undecided for {:.0} % of its volume \
-                 and {:.0} % of its box",
+                "the mesh is open or a thin shell: the winding number is inconclusive for {:.0} % of its \
+                 volume and {:.0} % of its bounding box",
                 100.0 * undecided,
                 100.0 * doubts
             ))

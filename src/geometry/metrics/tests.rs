@@ -181,7 +181,7 @@ fn an_open_mesh_says_why_it_has_no_iou() {
         faces: vec![[0, 1, 2]],
     };
     let sheet = evaluate(&[sphere(0.0, 1.0)], None, &Reference::of_mesh(&sheet, &QUICK).unwrap());
-    assert!(sheet.iou_missing.unwrap().contains("next to no volume"));
+    assert!(sheet.iou_missing.unwrap().contains("almost no volume"));
 }
 
 #[test]

@@ -27,7 +27,7 @@ pub(in crate::io) struct Array {
 impl<'a> Archive<'a> {
     pub(in crate::io) fn new(bytes: &'a [u8]) -> Result<Self, Fault> {
         let zip = ZipArchive::new(Cursor::new(bytes)).map_err(|e| {
-            Fault::whole(format!("the archive is damaged ({e}); it may not have been written to the end"))
+            Fault::whole(format!("the archive is damaged ({e}); it may not have been written completely"))
         })?;
         Ok(Self { zip })
     }
@@ -54,15 +54,17 @@ impl<'a> Archive<'a> {
             return Ok(None);
         }
         let wrong = |problem: String| Fault::whole(format!("the array \"{name}\" {problem}"));
-        let member =
-            self.zip.by_name(&format!("{name}.npy")).map_err(|e| wrong(format!("can't be unpacked: {e}")))?;
+        let member = self
+            .zip
+            .by_name(&format!("{name}.npy"))
+            .map_err(|e| wrong(format!("cannot be decompressed: {e}")))?;
         let mut bytes = Vec::new();
         member
             .take(LARGEST + 1)
             .read_to_end(&mut bytes)
-            .map_err(|e| wrong(format!("can't be unpacked: {e}")))?;
+            .map_err(|e| wrong(format!("cannot be decompressed: {e}")))?;
         if bytes.len() as u64 > LARGEST {
-            return Err(wrong(format!("unpacks to more than {LARGEST} bytes")));
+            return Err(wrong(format!("decompresses to more than {LARGEST} bytes")));
         }
         Array::parse(&bytes).map(Some).map_err(wrong)
     }
@@ -72,10 +74,10 @@ impl Array {
     fn parse(bytes: &[u8]) -> Result<Self, String> {
         let header = Header::parse_any(bytes).map_err(|fault| format!("can't be read: {}", fault.problem))?;
         if header.is_structured {
-            return Err("has values of several kinds, which can't be read".to_owned());
+            return Err("has values of several types, which is not supported".to_owned());
         }
         if header.fortran_order {
-            return Err("is in Fortran order; save np.ascontiguousarray of it".to_owned());
+            return Err("is in Fortran order; save it with np.ascontiguousarray".to_owned());
         }
         let data = &bytes[header.length..];
         let size = usize::try_from(header.size).ok();
@@ -84,7 +86,7 @@ impl Array {
             (Some(data), Ok(shape)) => Ok(Self { shape, data: data.to_vec(), header }),
             _ => {
                 let shape = &header.shape;
-                Err(format!("should be of shape {shape:?}, but is cut short at {} bytes", data.len()))
+                Err(format!("should have shape {shape:?}, but is truncated at {} bytes", data.len()))
             }
         }
     }
@@ -97,7 +99,7 @@ impl Array {
             .zip(from.checked_add(count).and_then(|end| end.checked_mul(width)))
             .and_then(|(start, end)| self.data.get(start..end))
             .ok_or_else(|| "is too short".to_owned())?;
-        let column = self.header.columns.first().ok_or("holds texts, where numbers are needed")?;
+        let column = self.header.columns.first().ok_or("contains strings instead of numbers")?;
         Ok(bytes.chunks_exact(width).map(|value| column.scalar.value(value, column.big_endian)).collect())
     }
 

@@ -80,30 +80,26 @@ impl Header {
     fn of(bytes: &[u8], text: fn(&str) -> Option<(Text, usize)>) -> Result<Self, Fault> {
         let fault = |at: usize, problem: &str| Fault::at_byte(at, problem);
         if !bytes.starts_with(MAGIC) {
-            return Err(fault(0, "a NumPy array begins with “\\x93NUMPY”"));
+            return Err(fault(0, "a NumPy array starts with “\\x93NUMPY”"));
         }
         let (start, length) = match bytes[MAGIC.len()..] {
             [1, _, a, b, ..] => (10, usize::from(u16::from_le_bytes([a, b]))),
             [2 | 3, _, a, b, c, d, ..] => (12, u32::from_le_bytes([a, b, c, d]) as usize),
             [version, _, ..] if version > 3 || version == 0 => {
-                let problem =
-                    format!("version {version} of NumPy's format is not known; save it as version 1");
+                let problem = format!("unknown NumPy format version {version}; save it as version 1");
                 return Err(fault(6, &problem));
             }
-            _ => return Err(fault(bytes.len(), "the header is cut short")),
+            _ => return Err(fault(bytes.len(), "the header is truncated")),
         };
         if length > LONGEST {
-            return Err(fault(
-                8,
-                &format!("the header has {length} bytes, more than the {LONGEST} that one may have"),
-            ));
+            return Err(fault(8, &format!("the header has {length} bytes; the limit is {LONGEST}")));
         }
         let literal = bytes.get(start..start + length).ok_or_else(|| {
-            fault(8, &format!("a header of {length} bytes is announced, but the file is shorter"))
+            fault(8, &format!("a header of {length} bytes is declared, but the file is shorter"))
         })?;
         let mut parser = Parser { text: literal, at: 0 };
         let Some(Value::Dict(entries)) = parser.value(0) else {
-            return Err(fault(start + parser.at, "the header is no dictionary that can be made out"));
+            return Err(fault(start + parser.at, "the header is not a valid dictionary"));
         };
         let entry = |key: &str| {
             let value = entries.iter().find(|(k, _)| k == key).map(|(_, v)| v);
@@ -113,11 +109,12 @@ impl Header {
             return Err(fault(start, "“fortran_order” is neither True nor False"));
         };
         let Value::List(sides) = entry("shape")? else {
-            return Err(fault(start, "the shape is no tuple"));
+            return Err(fault(start, "the shape is not a tuple"));
         };
         let side = |v: &Value| if let Value::Int(n) = v { Some(*n) } else { None };
         let shape: Option<Vec<u64>> = sides.iter().map(side).collect();
-        let shape = shape.ok_or_else(|| fault(start, "the shape holds something that is no whole number"))?;
+        let shape =
+            shape.ok_or_else(|| fault(start, "the shape contains something other than whole numbers"))?;
         let mut layout = Layout::default();
         let descr = entry("descr")?;
         let text = if let Value::Text(code) = descr { text(code) } else { None };
@@ -127,7 +124,10 @@ impl Header {
         }
         let elements = shape.iter().try_fold(1u64, |product, n| product.checked_mul(*n));
         let size = elements.and_then(|n| n.checked_mul(layout.size as u64)).ok_or_else(|| {
-            fault(start, &format!("an array of {} is announced, more than any file holds", shown(&shape)))
+            fault(
+                start,
+                &format!("an array of {} is declared, more than any file can contain", shown(&shape)),
+            )
         })?;
         Ok(Self {
             type_name: if let Value::Text(name) = descr { name.clone() } else { "structured".to_owned() },
@@ -165,7 +165,7 @@ impl Layout {
             // [('x', '<f4'), ('normal', '<f4', (3,)), …]
             Value::List(fields) if depth == 0 => {
                 for field in fields {
-                    let Value::List(parts) = field else { return Err("a field is no tuple".to_owned()) };
+                    let Value::List(parts) = field else { return Err("a field is not a tuple".to_owned()) };
                     // A title may stand before the name.
                     let name = match parts.first() {
                         Some(Value::Text(name)) => name,
@@ -184,14 +184,14 @@ impl Layout {
                                 Value::Int(n) => product.checked_mul(*n),
                                 _ => None,
                             })
-                            .ok_or("the shape of a field can't be made out")?,
-                        Some(_) => return Err("the shape of a field can't be made out".to_owned()),
+                            .ok_or("the shape of a field cannot be parsed")?,
+                        Some(_) => return Err("the shape of a field cannot be parsed".to_owned()),
                     };
                     match parts.get(1) {
                         Some(Value::Text(code)) => self.number(&name.to_lowercase(), code, count)?,
                         _ => {
                             return Err(format!(
-                                "the field {} is a record itself, which can't be read",
+                                "the field {} is a nested record, which is not supported",
                                 quoted(name)
                             ));
                         }
@@ -199,7 +199,7 @@ impl Layout {
                 }
                 Ok(())
             }
-            _ => Err("the type of the numbers can't be made out".to_owned()),
+            _ => Err("the number type cannot be parsed".to_owned()),
         }
     }
 
@@ -229,19 +229,22 @@ impl Layout {
                     "U" => 4,
                     "M" | "m" | "c" if !name.is_empty() => 1,
                     "O" => {
-                        return Err(
-                            "it holds Python objects, which are not loaded since they could run any \
-                                    code; save an array of numbers"
-                                .to_owned(),
-                        );
+                        return Err("it contains Python objects, which are not loaded because they could \
+                             run any code; save an array of numbers"
+                            .to_owned());
                     }
-                    _ => return Err(format!("it holds {}, not whole or decimal numbers", quoted(code))),
+                    _ => {
+                        return Err(format!(
+                            "it contains {}, not integers or floating-point numbers",
+                            quoted(code)
+                        ));
+                    }
                 };
                 let digits: String = digits.chars().take_while(char::is_ascii_digit).collect();
                 let size = digits.parse::<usize>().ok().and_then(|n| n.checked_mul(width));
                 let size = size.zip(usize::try_from(count).ok()).and_then(|(a, b)| a.checked_mul(b));
                 let end = size.and_then(|n| self.size.checked_add(n)).filter(|_| !name.is_empty());
-                self.size = end.ok_or_else(|| format!("it holds {}, not numbers", quoted(code)))?;
+                self.size = end.ok_or_else(|| format!("it contains {}, not numbers", quoted(code)))?;
                 return Ok(());
             }
         };

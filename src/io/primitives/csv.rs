@@ -1,4 +1,4 @@
-//! Primitives as lines of 13 numbers, in the order of the paper's authors.
+//! Primitives as lines of 13 numbers, in the order used by the paper's authors.
 
 use std::io::{self, Write};
 
@@ -72,7 +72,7 @@ pub(super) fn parse(text: &str) -> Result<Found, Fault> {
             return Err(Fault::at_line(
                 line,
                 format!(
-                    "{} is no number; primitives are JSON, NPZ or lines of 13 numbers ({})",
+                    "{} is not a number; primitives are JSON, NPZ or lines of 13 numbers ({})",
                     quoted(tokens[at]),
                     COLUMNS.join(",")
                 ),
@@ -83,7 +83,7 @@ pub(super) fn parse(text: &str) -> Result<Found, Fault> {
             return Err(Fault::at_line(
                 line,
                 format!(
-                    "it has {} numbers, but a primitive has 13 ({}), or the first {WITHOUT_TAPER} of them",
+                    "it has {} numbers, but a primitive has 13 ({}) or only the first {WITHOUT_TAPER}",
                     values.len(),
                     COLUMNS.join(",")
                 ),
@@ -99,11 +99,11 @@ pub(super) fn parse(text: &str) -> Result<Found, Fault> {
                 primitive.id = id;
             }
         }
-        Some(_) => notes.push("its line of ids does not fit the primitives and was left aside".to_owned()),
+        Some(_) => notes.push("its line of ids does not match the primitives and was ignored".to_owned()),
         None => {}
     }
     if primitives.is_empty() && !text.trim_start().starts_with('#') {
-        return Err(Fault::whole("it holds no primitives"));
+        return Err(Fault::whole("it contains no primitives"));
     }
     Ok(Found { primitives, notes, ..Found::default() })
 }

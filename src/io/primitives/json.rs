@@ -85,7 +85,7 @@ pub(in crate::io) fn write(w: &mut (impl Write + ?Sized), set: &PrimitiveSet<'_>
 /// written with six digits.
 const ORTHONORMAL: f64 = 1e-5;
 
-/// What tells the format; the rest is looked at once that is known.
+/// The fields that identify the format, read first.
 #[derive(Debug, Deserialize)]
 struct Head {
     format: Option<String>,
@@ -117,15 +117,15 @@ pub(super) fn parse(text: &str) -> Result<Found, Fault> {
     let head: Head = serde_json::from_str(text).map_err(|e| json_fault(&e))?;
     if head.format.as_deref() != Some(FORMAT) {
         return Err(Fault::whole(format!(
-            "it is JSON, but no file of primitives (its \"format\" is not \"{FORMAT}\"); \
-             give a {PRIMITIVES_FILE} or the folder of a run"
+            "it is JSON, but not a file of primitives (its \"format\" is not \"{FORMAT}\"); give a \
+             {PRIMITIVES_FILE} or the folder of a run"
         )));
     }
     if head.version != Some(VERSION) {
         let found = head.version.map_or("missing".to_owned(), |v| v.to_string());
         return Err(Fault::whole(format!(
-            "its version is {found}, but only version {VERSION} can be read; \
-             write it again or take a newer program"
+            "its version is {found}, but only version {VERSION} is supported; export it again or use a \
+             newer program"
         )));
     }
     let file: StoredFile = serde_json::from_str(text).map_err(|e| json_fault(&e))?;
@@ -133,7 +133,7 @@ pub(super) fn parse(text: &str) -> Result<Found, Fault> {
     let params = file.params.filter(|params| !params.is_null()).and_then(|params| {
         let read = serde_json::from_value::<Params>(params);
         if read.is_err() {
-            notes.push("its parameters are those of another version and were left aside".to_owned());
+            notes.push("its parameters belong to a different version and were ignored".to_owned());
         }
         read.ok()
     });

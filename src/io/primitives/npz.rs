@@ -1,4 +1,4 @@
-//! Primitives as arrays, by the names that superquadric tools in Python use.
+//! Primitives as arrays with the names common in Python superquadric tools.
 
 use std::io::{self, Seek, Write};
 
@@ -82,7 +82,7 @@ fn slice(
     };
     if !leads || size != batch * count * values {
         return Err(wrong(format!(
-            "is of shape {:?}, but {} of {values} for each of {count} primitives are needed",
+            "has shape {:?}, but needs {} of {values} for each of {count} primitives",
             array.shape,
             counted(batch, "batch", "batches")
         )));
@@ -108,7 +108,7 @@ impl Layout {
             [primitives, 3] => (false, 1, primitives),
             _ => {
                 return Err(Fault::whole(format!(
-                    "the array \"scale\" is of shape {:?}, but (shapes, primitives, 3) is needed",
+                    "the array \"scale\" has shape {:?}, but needs (shapes, primitives, 3)",
                     scale.shape
                 )));
             }
@@ -116,7 +116,7 @@ impl Layout {
         let shape = shape.unwrap_or(0);
         if shape >= batch {
             return Err(Fault::whole(format!(
-                "it holds {}, so there is none at place {shape}",
+                "it contains {}, so index {shape} does not exist",
                 counted(batch, "shape", "shapes")
             )));
         }
@@ -128,14 +128,14 @@ pub(super) fn parse(bytes: &[u8], shape: Option<usize>) -> Result<Found, Fault> 
     let mut archive = Archive::new(bytes)?;
     let Some(scale) = archive.get(arrays::SCALE)? else {
         return Err(Fault::whole(format!(
-            "it holds no primitives: there is no array \"scale\" among {}",
+            "it contains no primitives: there is no array \"scale\" among {}",
             archive.names().join(", ")
         )));
     };
     let layout = Layout::of(&scale, shape)?;
     let mut notes = Vec::new();
     if layout.batch > 1 && shape.is_none() {
-        notes.push(format!("it holds {} shapes, of which the first was taken", layout.batch));
+        notes.push(format!("it contains {} shapes; the first was read", layout.batch));
     }
     let mut need = |name: &str, values: usize| {
         slice(&mut archive, name, &layout, values)?
@@ -161,7 +161,7 @@ pub(super) fn parse(bytes: &[u8], shape: Option<usize>) -> Result<Found, Fault> 
         }
         let id = ids.as_ref().map_or(k as f64, |ids| ids[k]);
         if !(id >= 0.0 && id < f64::from(u32::MAX) && id.fract() == 0.0) {
-            return Err(Fault::whole(format!("the id {id} is no number from 0 on")));
+            return Err(Fault::whole(format!("the id {id} is not a non-negative whole number")));
         }
         let id = id as u32;
         let r = &rotations[9 * k..][..9];
@@ -186,7 +186,7 @@ pub(super) fn parse(bytes: &[u8], shape: Option<usize>) -> Result<Found, Fault> 
     }
     if primitives.len() < count {
         let rest = counted(count - primitives.len(), "primitive", "primitives");
-        notes.push(format!("{rest} that do not exist (\"exist\" not above {EXISTS}) were left out"));
+        notes.push(format!("{rest} with \"exist\" not above {EXISTS} were ignored"));
     }
     let names = archive.get(arrays::NAMES)?;
     let input = names.and_then(|names| names.text(layout.shape)).filter(|name| !name.is_empty());

@@ -56,7 +56,7 @@ pub fn parse_primitives(
             if text.trim_start().starts_with(['{', '[']) { json::parse(&text) } else { csv::parse(&text) };
         one.and_then(|stored| match shape {
             None | Some(0) => Ok(stored),
-            Some(n) => Err(Fault::whole(format!("it holds one shape, so there is none at place {n}"))),
+            Some(n) => Err(Fault::whole(format!("it contains only one shape, so index {n} does not exist"))),
         })
     };
     parsed.and_then(|stored| stored.checked(origin)).map_err(|fault| fault.in_file(origin.to_owned()))

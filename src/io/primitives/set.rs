@@ -25,10 +25,10 @@ pub struct PrimitiveSet<'a> {
     pub params: Option<&'a Params>,
 }
 
-/// Refuses a primitive that nothing could be made of.
+/// Rejects invalid primitives.
 pub(in crate::io) fn checked(p: &Primitive) -> io::Result<&Primitive> {
     if p.shape.is_valid() && p.sigma.is_finite() && p.mean_distance.is_finite() {
         return Ok(p);
     }
-    Err(unfit(format!("primitive {} has a parameter that is not valid", p.id)))
+    Err(unfit(format!("primitive {} has an invalid parameter", p.id)))
 }

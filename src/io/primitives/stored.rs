@@ -11,14 +11,14 @@ use crate::geometry::palette::Colors;
 use crate::inference::{Edit, Params, Primitive};
 use crate::io::error::Fault;
 
-/// What a file of primitives holds.
+/// Content of a file of primitives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredPrimitives {
     /// The file itself, where a folder was given, too.
     pub path: PathBuf,
-    /// Name of the shape that they stand for, where the file tells.
+    /// Name of the abstracted shape, if known.
     pub input: Option<String>,
-    /// Number of samples that they were made from, where the file tells.
+    /// Number of samples they were computed from, if known.
     pub points: Option<usize>,
     pub seed: Option<u64>,
     pub sampling_seed: Option<u64>,
@@ -30,7 +30,7 @@ pub struct StoredPrimitives {
 
 impl StoredPrimitives {
     /// Share of the samples that belong to no primitive; `None` where the file
-    /// does not tell how many there were.
+    /// Share of the samples that belong to no primitive; `None` if their number is unknown.
     pub fn unassigned_share(&self) -> Option<f64> {
         let assigned: usize = self.primitives.iter().map(|p| p.points).sum();
         let points = self.points?;
@@ -82,12 +82,12 @@ impl Found {
         for p in &primitives {
             check(p).map_err(|problem| Fault::whole(format!("primitive {}: {problem}", p.id)))?;
             if !ids.insert(p.id) {
-                return Err(Fault::whole(format!("the id {} belongs to two primitives", p.id)));
+                return Err(Fault::whole(format!("two primitives have the id {}", p.id)));
             }
         }
         let assigned = primitives.iter().try_fold(0usize, |sum, p| sum.checked_add(p.points));
         if assigned.is_none_or(|n| points.is_some_and(|all| n > all)) {
-            return Err(Fault::whole("its primitives have more points than the cloud they were made from"));
+            return Err(Fault::whole("its primitives have more points than their cloud"));
         }
         let path = origin.to_owned();
         Ok(StoredPrimitives { path, input, points, seed, sampling_seed, params, primitives, notes })
@@ -98,7 +98,7 @@ impl Found {
 fn check(p: &Primitive) -> Result<(), String> {
     let positive = |name: &str, values: &[f64]| {
         let wrong = values.iter().find(|v| !(v.is_finite() && **v > 0.0));
-        wrong.map_or(Ok(()), |v| Err(format!("{name} {v} is not above 0")))
+        wrong.map_or(Ok(()), |v| Err(format!("{name} {v} is not greater than 0")))
     };
     positive("the exponent", &p.shape.exponents)?;
     positive("the semi-axis", p.shape.semi_axes.as_slice())?;

@@ -80,8 +80,9 @@ const LONGITUDES: [&str; 4] = ["longitude", "lon", "lng", "long"];
 const LATITUDES: [&str; 2] = ["latitude", "lat"];
 const HEIGHTS: [&str; 9] = ["altitude", "alt", "elevation", "elev", "ele", "height", "z", "depth", "h"];
 /// What is said of them.
-pub(super) const DEGREES: &str = "latitude and longitude are degrees, not lengths, so that the shape is \
-     distorted: project the points to metres first (to UTM, say, with QGIS, PDAL or pyproj)";
+pub(super) const DEGREES: &str = "latitude and longitude are in degrees, not lengths, so the \
+     shape is distorted: project the points to metres first (for example to UTM, with QGIS, PDAL \
+     or pyproj)";
 
 /// Names of fields that hold three numbers, with those of their numbers.
 const TRIPLES: [(&[&str], [&str; 3]); 3] = [
@@ -214,7 +215,7 @@ pub(super) fn colors(values: &[[f32; 3]], whole: bool, notes: &mut Vec<String>) 
         (127.5, 127.5)
     } else if least < -1.0 || largest > 65535.0 {
         let range = format!("from {least} to {largest}");
-        notes.push(format!("colours {range} are on no scale that is known, and were left out"));
+        notes.push(format!("colours {range} have an unknown scale and were ignored"));
         return None;
     } else if largest <= 1.0 && !whole {
         (255.0, 0.0)
@@ -224,7 +225,7 @@ pub(super) fn colors(values: &[[f32; 3]], whole: bool, notes: &mut Vec<String>) 
         (1.0 / 257.0, 0.0)
     };
     if zero > 0.0 {
-        notes.push("colours reach below 0: they were taken as −1 for black to 1 for white".to_owned());
+        notes.push("some colours are below 0: read as −1 (black) to 1 (white)".to_owned());
     }
     let broken = values.iter().filter(|rgb| !rgb.iter().all(|v| v.is_finite())).count();
     if broken == values.len() {
@@ -232,7 +233,7 @@ pub(super) fn colors(values: &[[f32; 3]], whole: bool, notes: &mut Vec<String>) 
     }
     if broken > 0 {
         let colors = counted(broken, "colour is", "colours are");
-        notes.push(format!("{colors} not a finite number and taken as black"));
+        notes.push(format!("{colors} not finite and read as black"));
     }
     let byte = |v: f32| (v * one + zero).round().clamp(0.0, 255.0) as u8;
     // NaN becomes 0.
@@ -261,7 +262,7 @@ pub(super) fn labels(values: &[f64], notes: &mut Vec<String>) -> Option<Vec<i64>
     }
     let odd = values.iter().find(|v| v.is_infinite() || v.fract() != 0.0 && !v.is_nan() || v.abs() > LARGEST);
     if let Some(odd) = odd {
-        notes.push(format!("labels were left out: {odd} is no whole number"));
+        notes.push(format!("labels were ignored: {odd} is not a whole number"));
         return None;
     }
     Some(values.iter().map(|v| if v.is_nan() { -1 } else { *v as i64 }).collect())
@@ -313,8 +314,8 @@ impl Nameless<'_> {
                 }
                 None if self.all(at, |v| (-1.0..=1.0).contains(&v)) && !self.all(at, |v| v >= 0.0) => {
                     notes.push(format!(
-                        "columns {} to {} lie between −1 and 1, but are no normals of length 1: left out; \
-                         colours are read from 0 to 1 or from 0 to 255",
+                        "columns {} to {} are between −1 and 1 but are not unit normals: ignored. Colours \
+                         must range from 0 to 1 or from 0 to 255",
                         at + 4,
                         at + 6
                     ));
@@ -326,7 +327,10 @@ impl Nameless<'_> {
         if spare > 0 && !self.scalars_first && self.are_labels(last) {
             let column: Vec<f64> = self.values.chunks_exact(width).map(|row| row[last]).collect();
             found.labels = labels(&column, notes);
-            notes.push(format!("column {} holds a few whole numbers: taken as labels", last + 4));
+            notes.push(format!(
+                "column {} contains only a few distinct whole numbers: read as labels",
+                last + 4
+            ));
         }
         found
     }
@@ -426,7 +430,7 @@ mod tests {
         assert_eq!(all.normals.unwrap()[0], [0.0, 1.0, 0.0]);
         assert_eq!(all.colors.unwrap()[39], [39, 20, 30]);
         assert_eq!(all.labels.unwrap()[39], 3);
-        assert_eq!(notes, ["column 10 holds a few whole numbers: taken as labels"]);
+        assert_eq!(notes, ["column 10 contains only a few distinct whole numbers: read as labels"]);
         // An intensity that is measured is no label.
         let single: Vec<f64> = (0..40).map(|i| f64::from(i * i % 97)).collect();
         let none = Nameless { values: &single, width: 1, scalars_first: false }.attributes(&mut notes);
@@ -445,11 +449,11 @@ mod tests {
         for values in [[1e6; 3], [-7.0, 0.0, 1.0]] {
             notes.clear();
             assert_eq!(colors(&[values], false, &mut notes), None);
-            assert!(notes[0].contains("on no scale that is known"), "{notes:?}");
+            assert!(notes[0].contains("unknown scale"), "{notes:?}");
         }
         notes.clear();
         assert_eq!(colors(&[[-1.0, 0.0, 1.0]], false, &mut notes), Some(vec![[0, 128, 255]]));
-        assert!(notes[0].contains("−1 for black to 1 for white"), "{notes:?}");
+        assert!(notes[0].contains("−1 (black) to 1 (white)"), "{notes:?}");
         assert_eq!(colors(&[[-0.001, 0.0, 1.0]], false, &mut notes), Some(vec![[0, 0, 255]]));
         assert_eq!(notes.len(), 1, "a rounding error below 0 is none of a scale");
         assert_eq!(labels(&[1.0, f64::NAN], &mut notes), Some(vec![1, -1]));

@@ -1,11 +1,10 @@
-//! glTF 2.0, as text and binary (GLB): the triangles of a scene in world
-//! coordinates with the colours and normals of their vertices, or its points where
-//! it has no triangles. Morph targets stand at their default weights.
-//! Materials, pictures, animations and skins are left out.
+//! glTF 2.0, as text and binary (GLB): the triangles of a scene in world coordinates, with vertex
+//! colours and normals, or its points if it has no triangles. Morph targets are applied at their
+//! default weights. Materials, textures, animations and skins are ignored.
 //!
-//! The JSON is read here rather than by a glTF library because those compute
-//! in single precision, hold on to indices that they did not check against the
-//! buffers, and refuse a file for faults in what doesn't matter here.
+//! The JSON is parsed here rather than by a glTF library, because those compute in single
+//! precision, keep indices without checking them against the buffers, and reject files for errors
+//! in irrelevant parts.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;
@@ -45,14 +44,15 @@ pub(super) fn is_gltf(start: &str, end: &[u8]) -> bool {
 pub(super) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Raw, Fault> {
     if bytes.starts_with(b"glTF") {
         let (json, blob) = buffers::chunks(bytes)?;
-        let broken = |e| Fault::at_byte(20, format!("its JSON part can't be made out: {e}"));
+        let broken = |e| Fault::at_byte(20, format!("its JSON part cannot be parsed: {e}"));
         check(&serde_json::from_slice(json).map_err(broken)?)?;
         let root = serde_json::from_slice(json).map_err(broken)?;
         Scene::new(&root, blob, folder).read()
     } else {
         let text = decode(bytes);
-        let broken =
-            |e: serde_json::Error| Fault::at_line(e.line(), format!("it is no JSON of a glTF scene: {e}"));
+        let broken = |e: serde_json::Error| {
+            Fault::at_line(e.line(), format!("it is not the JSON of a glTF scene: {e}"))
+        };
         check(&serde_json::from_str(&text).map_err(broken)?)?;
         let root = serde_json::from_str(&text).map_err(broken)?;
         Scene::new(&root, None, folder).read()
@@ -66,7 +66,7 @@ fn check(head: &Head) -> Result<(), Fault> {
     let version = version.as_str().map_or_else(|| version.to_string(), str::to_owned);
     if version != "null" && !version.starts_with('2') {
         let problem = format!(
-            "it is glTF {}, and only glTF 2 can be read; export the shape again",
+            "it is glTF {}, but only glTF 2 is supported; export the shape again",
             shortened(&version, 24)
         );
         return Err(Fault::whole(problem));
@@ -134,7 +134,7 @@ impl<'a> Scene<'a> {
         while let Some((index, parent_world)) = waiting.pop() {
             let node = entry(&self.root.nodes, index, "node")?;
             if !seen.insert(index) {
-                let problem = format!("node {index} hangs below more than one other; export the shape again");
+                let problem = format!("node {index} has more than one parent; export the shape again");
                 return Err(Fault::whole(problem));
             }
             if node.extensions.visibility.as_ref().is_some_and(|v| !v.visible) {
@@ -168,7 +168,7 @@ impl<'a> Scene<'a> {
         let children: HashSet<usize> = self.root.nodes.iter().flat_map(|n| &n.children).copied().collect();
         let roots: Vec<usize> = (0..self.root.nodes.len()).filter(|i| !children.contains(i)).collect();
         if roots.is_empty() && !children.is_empty() {
-            return Err(Fault::whole("its nodes hang below each other in a circle; export the shape again"));
+            return Err(Fault::whole("its nodes form a cycle; export the shape again"));
         }
         Ok(roots)
     }
@@ -179,14 +179,14 @@ impl<'a> Scene<'a> {
             // What was not needed may be why.
             self.data.check()?;
             return Err(Fault::whole(if self.lines > 0 {
-                "its scene shows lines, but neither triangles nor points; export the surfaces, too"
+                "its scene contains lines, but neither triangles nor points; export the surfaces as well"
             } else {
-                "its scene shows neither triangles nor points; export the shape again"
+                "its scene contains neither triangles nor points; export the shape again"
             }));
         }
         if self.root.scenes.len() > 1 {
             let scenes = self.root.scenes.len();
-            self.raw.notes.push(format!("of {scenes} scenes only the one that is shown first was taken"));
+            self.raw.notes.push(format!("the file has {scenes} scenes; only the default scene was read"));
         }
         for (n, what) in [
             (
@@ -196,16 +196,16 @@ impl<'a> Scene<'a> {
             (self.lines, counted(self.lines, "set of lines", "sets of lines")),
         ] {
             if n > 0 {
-                self.raw.notes.push(format!("left out {what} beside the surfaces"));
+                self.raw.notes.push(format!("ignored {what} next to the surfaces"));
             }
         }
         if self.hidden > 0 {
             let nodes = counted(self.hidden, "node", "nodes");
-            self.raw.notes.push(format!("left out {nodes} that the file hides"));
+            self.raw.notes.push(format!("ignored {nodes} hidden in the file"));
         }
         if self.bent > 0 {
             let meshes = counted(self.bent, "mesh is", "meshes are");
-            self.raw.notes.push(format!("{meshes} in the rest position: skins are not applied"));
+            self.raw.notes.push(format!("{meshes} in rest position: skins are not applied"));
         }
         if !has_triangles {
             self.raw.attributes.colors = (self.colors.len() == self.points.len()).then_some(self.colors);
@@ -222,7 +222,7 @@ impl<'a> Scene<'a> {
     fn check_size(&self, count: usize) -> Result<(), Fault> {
         let most = self.most;
         let problem =
-            || format!("its scene repeats meshes to more than {most} vertices or faces; thin it out");
+            || format!("its scene repeats meshes to more than {most} vertices or faces; reduce it first");
         if count > most { Err(Fault::whole(problem())) } else { Ok(()) }
     }
 

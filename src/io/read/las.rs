@@ -29,7 +29,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
         return Err(Fault::at_byte(
             header.count_at,
             format!(
-                "{} points of {} bytes are announced, but there is room for {room}; the file may have been cut short",
+                "the header declares {} points of {} bytes, but the file has room for {room}; the file may \
+                 be truncated",
                 header.points, header.record
             ),
         ));
@@ -37,7 +38,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
     if header.is_compressed {
         if size > most_unpacked(bytes.len()) {
             let problem = format!(
-                "{} points are announced, too many for a file of {} bytes",
+                "the header declares {} points, too many for a file of {} bytes",
                 header.points,
                 bytes.len()
             );
@@ -46,18 +47,18 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
         header.check_compression(bytes)?;
     }
     if header.points == 0 {
-        return Err(Fault::at_byte(header.count_at, "no points are announced; export the scan again"));
+        return Err(Fault::at_byte(header.count_at, "the header declares no points; export the scan again"));
     }
     // The decoder is another's, made for files that are whole: should it give
     // up on a damaged one, that is a fault of the file.
-    let damaged = "the points can't be unpacked; the file is damaged: copy or export it again";
+    let damaged = "the points cannot be decompressed; the file is damaged: copy or export it again";
     let source = header.without_appendix(bytes);
     caught(|| points(source, &header)).unwrap_or_else(|_| Err(Fault::at_byte(header.offset, damaged)))
 }
 
 fn points(source: Vec<u8>, header: &Header) -> Result<Raw, Fault> {
     let unreadable =
-        |e: las::Error| Fault::whole(format!("the header can't be made out: {e}; export the scan again"));
+        |e: las::Error| Fault::whole(format!("the header cannot be parsed: {e}; export the scan again"));
     let mut reader = las::Reader::new(Cursor::new(source)).map_err(unreadable)?;
     let mut raw = Raw::default();
     if reader.header().vlrs().iter().any(is_geographic) {
@@ -68,8 +69,8 @@ fn points(source: Vec<u8>, header: &Header) -> Result<Raw, Fault> {
         let done = raw.points.len();
         let batch = reader.read_points(BATCH.min(header.points - done as u64)).map_err(|e| {
             let problem = format!(
-                "of {} points that are announced, those from {done} on can't be read ({e}); \
-                 the file was cut short or damaged",
+                "of {} declared points, those from {done} on cannot be read ({e}); the file is truncated or \
+                 damaged",
                 header.points
             );
             Fault::at_byte(header.offset, problem)

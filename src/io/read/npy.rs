@@ -22,7 +22,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
         return Err(Fault::at_byte(
             header.length,
             format!(
-                "an array of {} is announced, {} bytes, but there are {}; the file may have been cut short",
+                "the header declares an array of {}, {} bytes, but there are {}; the file may be truncated",
                 shown(&header.shape),
                 header.size,
                 body.len()
@@ -46,7 +46,7 @@ impl Array<'_> {
         }
         let Some(grid) = Grid::of(header) else {
             let problem = format!(
-                "the array is {} of {}; points need a row of three coordinates each (N×3)",
+                "the array is {} of {}; points need one row of three coordinates each (N×3)",
                 shown(&header.shape),
                 header.type_name
             );
@@ -54,8 +54,7 @@ impl Array<'_> {
         };
         let mut raw = Raw::default();
         if grid.turned {
-            raw.notes
-                .push(format!("the array is {}: its columns were taken as the points", shown(&header.shape)));
+            raw.notes.push(format!("the array is {}: its columns were read as points", shown(&header.shape)));
         }
         let mut triples = self.rows(&grid, 0, 3);
         let count = batch::points_of_one_shape(&grid, &triples, &shown(&header.shape), &mut raw.notes);

@@ -35,19 +35,19 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
     let has_faces = plain.faces > 0 || plain.faces_out_of_range > 0;
     if plain.free_forms > 0 && !has_faces {
         // Their vertices are control points, which need not lie on the shape.
-        let problem =
-            "its curves and surfaces are free-form (curv, surf), which can't be read; export it as polygons";
+        let problem = "its curves and surfaces are free-form (curv, surf), which cannot be read; export it \
+             as polygons";
         return Err(Fault::whole(problem));
     } else if plain.free_forms > 0 {
         let forms = counted(plain.free_forms, "free-form curve or surface", "free-form curves and surfaces");
-        raw.notes.push(format!("left out {forms}: only polygons can be read"));
+        raw.notes.push(format!("ignored {forms}: only polygons are supported"));
     }
     if plain.faces == 0 {
         return Ok(raw);
     }
     let no_materials = |_: &std::path::Path| Err(tobj::LoadError::OpenFileFailed);
     let (models, _) = tobj::load_obj_buf(&mut plain.source.as_bytes(), &OPTIONS, no_materials)
-        .map_err(|e| Fault::whole(format!("its faces can't be made out: {e}")))?;
+        .map_err(|e| Fault::whole(format!("its faces cannot be parsed: {e}")))?;
     for tobj::Model { mesh, .. } in models {
         let in_file = |i: u32| mesh.vertex_color.get(3 * i as usize).map(|number| *number as u32);
         let corners: Vec<u32> = mesh.indices.iter().filter_map(|&i| in_file(i)).collect();

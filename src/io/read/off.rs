@@ -173,16 +173,16 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
         Some(leading) => leading,
         None if is_bare(text) => (Layout::default(), first),
         None if has_n_dimensions(first) => {
-            let what = "begins a mesh of any number of dimensions, which can't be read; save it as OFF";
+            let what = "starts an n-dimensional mesh, which cannot be read; save it as OFF";
             return Err(words.fault(format!("{} {what}", quoted(first))));
         }
         None => {
-            let what = "begins no OFF mesh of three dimensions; export the mesh again";
+            let what = "does not start a three-dimensional OFF mesh; export the mesh again";
             return Err(words.fault(format!("{} {what}", quoted(first))));
         }
     };
     if words.words.clone().next().is_some_and(|word| word.eq_ignore_ascii_case("binary")) {
-        return Err(words.fault("a binary OFF mesh can't be read; save it as text"));
+        return Err(words.fault("binary OFF meshes cannot be read; save it as text"));
     }
     let [vertices, faces] = words.counts(glued)?;
     let lines_left = content(text).count() - words.begun;
@@ -230,8 +230,8 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
         polygon(&mut words, &mut corners, &mut raw)?;
     }
     if words.run_on && words.next().is_some() {
-        let problem =
-            "there is more than the counts announce; put each vertex and each face on a line of its own";
+        let problem = "there is more data than the counts declare; put each vertex and each face on its own \
+             line";
         return Err(words.fault(problem));
     }
     let count = raw.points.len();
@@ -245,7 +245,7 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
 fn cut_short(text: &str, announced: u64, what: &str, found: u64) -> Fault {
     let last = lines(text).last().map_or(1, |(n, _)| n);
     let problem =
-        format!("{announced} {what} are announced, but there are {found}; the file may have been cut short");
+        format!("{announced} {what} are declared, but there are {found}; the file may be truncated");
     Fault::at_line(last, problem)
 }
 
@@ -257,7 +257,7 @@ fn polygon(words: &mut Words<'_>, corners: &mut Vec<u32>, raw: &mut Raw) -> Resu
     let mut in_range = true;
     corners.clear();
     for _ in 0..count {
-        let word = words.next().ok_or_else(|| words.fault("the face has fewer corners than it says"))?;
+        let word = words.next().ok_or_else(|| words.fault("the face has fewer corners than declared"))?;
         let index: i64 = word
             .parse()
             .map_err(|_| words.fault(format!("{} is not the index of a vertex", quoted(word))))?;

@@ -56,7 +56,8 @@ fn too_few(header: &Header, room: u64) -> Fault {
     Fault::at_byte(
         header.length,
         format!(
-            "{} points of {} bytes are announced, but there is room for {room}; the file may have been cut short",
+            "the header declares {} points of {} bytes, but the file has room for {room}; the file may be \
+             truncated",
             header.points, header.record
         ),
     )
@@ -105,13 +106,13 @@ fn unpacked(bytes: &[u8], header: &Header) -> Result<Vec<u8>, Fault> {
     let (Some(packed), Some(whole)) = (size(at), size(at + 4)) else {
         return Err(Fault::at_byte(
             at,
-            "the sizes of the compressed data are missing; the file was cut short",
+            "the sizes of the compressed data are missing; the file is truncated",
         ));
     };
     let body = bytes.get(at + 8..).unwrap_or_default();
     if packed > body.len() as u64 {
         let problem = format!(
-            "{packed} bytes of compressed data are announced, but there are {}; the file was cut short",
+            "{packed} bytes of compressed data are declared, but there are {}; the file is truncated",
             body.len()
         );
         return Err(Fault::at_byte(at, problem));
@@ -126,12 +127,12 @@ fn unpacked(bytes: &[u8], header: &Header) -> Result<Vec<u8>, Fault> {
     let damaged =
         |why: &str| Fault::at_byte(at + 8, format!("the compressed data {why}; export the cloud again"));
     if whole > packed * MOST_LZF {
-        return Err(damaged(&format!("of {packed} bytes can't hold the {whole} that are announced")));
+        return Err(damaged(&format!("of {packed} bytes cannot expand to the declared {whole}")));
     }
     let body =
         lzf::decompress(&body[..packed as usize], whole as usize).map_err(|_| damaged("are damaged"))?;
     if (body.len() as u64) < needed {
-        return Err(damaged(&format!("hold {} bytes, not {needed}", body.len())));
+        return Err(damaged(&format!("expand to {} bytes, not {needed}", body.len())));
     }
     Ok(body)
 }
@@ -177,13 +178,13 @@ fn ascii(bytes: &[u8], header: &Header, roles: Roles, raw: &mut Raw) -> Result<(
     }
     if done < header.points {
         let problem = format!(
-            "{} points are announced, but there are {done}; the file may have been cut short",
+            "the header declares {} points, but there are {done}; the file may be truncated",
             header.points
         );
         return Err(Fault::at_line(last, problem));
     }
     if surplus > 0 {
-        raw.notes.push(format!("left out {surplus} lines after the {done} points that are announced"));
+        raw.notes.push(format!("ignored {surplus} lines after the {done} declared points"));
     }
     gatherer.finish(whole_colors(header, roles), raw);
     Ok(())

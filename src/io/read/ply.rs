@@ -54,7 +54,8 @@ fn body(header: &Header, mut values: impl Values) -> Result<Raw, Fault> {
         // anything is set aside for it.
         if let Some(most) = values.most(element).filter(|&most| element.count > most) {
             return Err(values.fault(format!(
-                "the header announces {} elements “{}”, but there is room for {most} at most; the file may have been cut short",
+                "the header declares {} elements “{}”, but the file has room for at most {most}; the file \
+                 may be truncated",
                 element.count, element.name
             )));
         }
@@ -62,9 +63,7 @@ fn body(header: &Header, mut values: impl Values) -> Result<Raw, Fault> {
             read_vertices(element, &mut values, &mut raw)?;
         } else if element.is_face() && element.count > 0 {
             let list = element.face_list().ok_or_else(|| {
-                Fault::whole(
-                    "its faces lack the list vertex_indices of their corners; export the shape again",
-                )
+                Fault::whole("its faces lack the property list vertex_indices; export the shape again")
             })?;
             read_faces(element, list, &mut values, vertices, &mut raw)?;
         } else {
@@ -92,7 +91,7 @@ fn read_vertices(element: &Element, values: &mut impl Values, raw: &mut Raw) -> 
     };
     let is_list = |&p: &usize| matches!(element.properties[p].kind, Kind::List { .. });
     if roles.position.iter().any(is_list) {
-        return Err(Fault::whole("a coordinate of its vertices is a list; export the shape again"));
+        return Err(Fault::whole("a vertex coordinate is a list; export the shape again"));
     }
     roles.normal = roles.normal.filter(|n| !n.iter().any(is_list));
     roles.label = roles.label.filter(|l| !is_list(l));
@@ -127,8 +126,8 @@ fn read_vertices(element: &Element, values: &mut impl Values, raw: &mut Raw) -> 
     gatherer.finish(whole_colors, raw);
     if place("rot_0").is_some() && place("scale_0").is_some() {
         let colors = if harmonics.is_some() { " with their mean colours (f_dc)" } else { "" };
-        let left_out = "their sizes, rotations and opacities were left out";
-        raw.notes.push(format!("Gaussian splats: taken as points{colors}; {left_out}"));
+        let left_out = "sizes, rotations and opacities were ignored";
+        raw.notes.push(format!("Gaussian splats were read as points{colors}; {left_out}"));
     }
     Ok(())
 }

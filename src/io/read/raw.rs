@@ -57,17 +57,18 @@ impl Raw {
         if self.triangles.is_empty() && self.faces_out_of_range == 0 {
             if self.lines > 0 && self.points.len() < SPARSE {
                 let problem = format!(
-                    "it has no faces, only {lines}, and so no surface; export the shape with its faces, or as a point cloud"
+                    "it has no faces, only {lines}, and therefore no surface; export the shape with faces \
+                     or as a point cloud"
                 );
                 return Err(Fault::whole(problem));
             } else if self.lines > 0 {
                 self.notes
-                    .push(format!("it has no faces, only {lines}: taken as a point cloud of its vertices"));
+                    .push(format!("it has no faces, only {lines}; its vertices were read as a point cloud"));
             }
             return self.into_cloud(name);
         }
         if self.lines > 0 {
-            self.notes.push(format!("left out {lines} beside the surfaces"));
+            self.notes.push(format!("ignored {lines} next to the surfaces"));
         }
         let faces = polygon::cut(std::mem::take(&mut self.triangles), &self.fans, &self.points);
         let mesh = TriMesh { vertices: std::mem::take(&mut self.points), faces };
@@ -91,16 +92,16 @@ impl Raw {
         let sound = mesh.faces.iter().zip(&kinds).filter(|(_, kind)| **kind == Face::Sound);
         let faces: Vec<[u32; 3]> = sound.map(|(face, _)| *face).collect();
         for (n, why) in [
-            (self.faces_out_of_range, "pointing to vertices that are not in the file"),
-            (not_finite, "with a coordinate that is not a finite number"),
-            (flat, "without an area"),
+            (self.faces_out_of_range, "with missing vertices"),
+            (not_finite, "with a non-finite coordinate"),
+            (flat, "with zero area"),
         ] {
             if n > 0 {
-                self.notes.push(format!("left out {} {why}", counted(n, "face", "faces")));
+                self.notes.push(format!("ignored {} {why}", counted(n, "face", "faces")));
             }
         }
         if faces.is_empty() {
-            self.notes.push("no face has an area: taken as a point cloud of its vertices".to_owned());
+            self.notes.push("all faces have zero area; the vertices were read as a point cloud".to_owned());
             self.points = mesh.vertices;
             return self.into_cloud(name);
         }
@@ -123,8 +124,7 @@ impl Raw {
         }
         if lost > 0 {
             let points = counted(lost, "point has", "points have");
-            self.notes
-                .push(format!("{points} a coordinate that is not a finite number and will get no label"));
+            self.notes.push(format!("{points} a non-finite coordinate and will remain unlabelled"));
         }
         let geometry = ShapeGeometry::Cloud(PointCloud { points: self.points });
         Ok(Shape {

@@ -1,5 +1,4 @@
-//! Results as something to open: the primitives of a file, and the shape that
-//! they stand for.
+//! Opens results: the primitives in a file together with their shape.
 
 use std::collections::HashSet;
 use std::fs::File;
@@ -55,7 +54,7 @@ pub fn holds_primitives(path: &Path) -> bool {
 pub enum FoundAs {
     /// What was abstracted.
     Input,
-    /// The segmented cloud beside the primitives.
+    /// The segmented cloud next to the primitives.
     Segmented,
     /// The points in the primitives' own file.
     Points,
@@ -93,12 +92,12 @@ impl LabelledPoints {
 pub struct OpenedResult {
     pub stored: StoredPrimitives,
     /// What the primitives stand for. Its notes tell what it is, where it is not
-    /// the input.
+    /// The abstracted shape. Notes describe it if it is not the input.
     pub shape: Shape,
     pub found_as: FoundAs,
-    /// The segmented cloud beside the primitives.
+    /// The segmented cloud next to the primitives.
     pub segmented: Option<LabelledPoints>,
-    /// How the run sampled the shape, as far as files tell.
+    /// The sampling options of the run, as far as known.
     pub sampling: SamplingOptions,
 }
 
@@ -132,7 +131,7 @@ pub fn open_result(mut stored: StoredPrimitives, input: Option<&Path>) -> Result
             labelled.as_ref().is_some_and(|l| belongs(l.points.len(), input.as_ref(), &report, &stored));
         if !is_of_it {
             stored.notes.push(format!(
-                "{SEGMENTED_FILE} beside the primitives is not that of their run and was left aside"
+                "{SEGMENTED_FILE} next to the primitives belongs to a different run and was ignored"
             ));
         }
         labelled.filter(|_| is_of_it)
@@ -147,7 +146,7 @@ pub fn open_result(mut stored: StoredPrimitives, input: Option<&Path>) -> Result
             (
                 Shape { attributes, ..cloud },
                 FoundAs::Segmented,
-                "the points of the segmented cloud beside them",
+                "the points of the segmented cloud next to them",
             )
         }
         None if has_points(&stored.path) => {
@@ -162,8 +161,8 @@ pub fn open_result(mut stored: StoredPrimitives, input: Option<&Path>) -> Result
     };
     let mut notes = shape.notes;
     notes.push(format!(
-        "the shape of these primitives was not found ({why}): taken instead were {of}; to see them on the \
-         shape, open it and bring the primitives in"
+        "the shape of these primitives was not found ({why}); using {of} instead. To see the primitives on \
+         the shape, open the shape and import them"
     ));
     let shape = Shape { name, path: None, content: None, notes, ..shape };
     Ok(OpenedResult { stored, shape, found_as, segmented, sampling })
@@ -207,7 +206,7 @@ impl OpenedResult {
     }
 }
 
-/// Where the shape may be that a folder of results is of, as its report tells.
+/// Possible locations of the shape of a result folder, from its report.
 pub(in crate::io) fn places_of_shape(folder: &Path) -> Vec<PathBuf> {
     let path = folder.join(REPORT_FILE);
     let report: Option<Report> = content(&path).ok().and_then(|bytes| serde_json::from_slice(&bytes).ok());
@@ -232,7 +231,7 @@ struct Wish<T> {
     asked_for: T,
 }
 
-/// Early reports told neither the content nor the way from the report.
+/// Early reports contain neither size and checksum nor a relative path.
 #[derive(Debug, Deserialize)]
 struct Input {
     name: String,
@@ -247,14 +246,14 @@ struct Input {
 }
 
 impl Report {
-    /// The one beside the primitives, if it is of the same run; else why not.
+    /// The report next to the primitives, if it belongs to the same run; otherwise the reason.
     fn beside(stored: &StoredPrimitives) -> Result<Self, String> {
         let path = stored.path.with_file_name(REPORT_FILE);
         let Ok(bytes) = content(&path) else {
-            return Err(format!("no {REPORT_FILE} beside them tells which it is"));
+            return Err(format!("there is no {REPORT_FILE} next to them that names it"));
         };
         let report: Self = serde_json::from_slice(&bytes)
-            .map_err(|error| format!("the {REPORT_FILE} beside them can't be read: {error}"))?;
+            .map_err(|error| format!("the {REPORT_FILE} next to them cannot be read: {error}"))?;
         // What a file doesn't tell can't differ.
         let differ = |a: Option<u64>, b: Option<u64>| a.zip(b).is_some_and(|(a, b)| a != b);
         let is_other = stored.input.as_ref().is_some_and(|name| *name != report.input.name)
@@ -262,7 +261,11 @@ impl Report {
             || differ(stored.sampling_seed, report.sampling_seed)
             || differ(stored.points.map(|n| n as u64), report.points.map(|n| n as u64))
             || differ(Some(stored.primitives.len() as u64), report.primitives.map(|n| n as u64));
-        if is_other { Err(format!("the {REPORT_FILE} beside them is of another run")) } else { Ok(report) }
+        if is_other {
+            Err(format!("the {REPORT_FILE} next to them belongs to a different run"))
+        } else {
+            Ok(report)
+        }
     }
 }
 
@@ -272,7 +275,7 @@ impl Input {
         // Without a path, early reports were of the built-in shape.
         if self.built_in.unwrap_or(self.path.is_none()) {
             let shape = built_in()?;
-            let why = "the shape that is built in is another one in this version";
+            let why = "the built-in shape has changed in this version";
             return Ok(if self.has_counts_of(&shape) { Ok(shape) } else { Err(why.to_owned()) });
         }
         let places = self.places(beside);
@@ -283,13 +286,13 @@ impl Input {
         }
         let listed: Vec<String> = places.iter().map(|place| place.display().to_string()).collect();
         Ok(Err(match places.iter().find(|place| place.is_file()) {
-            Some(changed) => format!("{} has another content than it had then", changed.display()),
-            None if listed.is_empty() => format!("{REPORT_FILE} tells no path"),
-            None => format!("it is not at {}", listed.join(", nor at ")),
+            Some(changed) => format!("the content of {} has changed since", changed.display()),
+            None if listed.is_empty() => format!("{REPORT_FILE} contains no path"),
+            None => format!("not found at {}", listed.join(" or at ")),
         }))
     }
 
-    /// Where the shape may be, as the report beside a file tells.
+    /// Possible locations of the shape, from the report next to a file.
     fn places(&self, beside: &Path) -> Vec<PathBuf> {
         let folder = beside.parent().unwrap_or(Path::new(""));
         let written =
@@ -370,8 +373,7 @@ fn labelled(cloud: &Shape, stored: &StoredPrimitives) -> Option<LabelledPoints> 
     Some(LabelledPoints { points: points.clone(), labels })
 }
 
-/// Whether a segmented cloud of so many points can be that of the run: it has
-/// all points of a cloud, and all samples of a mesh.
+/// Whether a segmented cloud with this many points can belong to the run: it has all points of a cloud, or all samples of a mesh.
 fn belongs(points: usize, input: Option<&Shape>, report: &Option<Report>, stored: &StoredPrimitives) -> bool {
     let of_input = match (input.map(|shape| &shape.geometry), report) {
         (Some(ShapeGeometry::Cloud(cloud)), _) => Some(cloud.points.len()),

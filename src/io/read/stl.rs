@@ -97,7 +97,7 @@ impl Soup {
         for corner in corners {
             // Adding zero makes both zeros one place.
             let next = u32::try_from(self.raw.points.len())
-                .map_err(|_| Fault::whole("it has more vertices than can be counted; thin the mesh out"))?;
+                .map_err(|_| Fault::whole("it has too many vertices; simplify the mesh"))?;
             let index = *self.index_of.entry(corner.map(|c| (c + 0.0).to_bits())).or_insert(next);
             if index == next {
                 self.raw.points.push(Point3::from(*corner));
@@ -110,7 +110,7 @@ impl Soup {
 }
 
 fn binary(bytes: &[u8]) -> Result<Raw, Fault> {
-    let cut = "the file may have been cut short";
+    let cut = "the file may be truncated";
     let Some(count) = announced(bytes) else {
         return Err(Fault::at_byte(bytes.len(), format!("the header of a binary STL ends here; {cut}")));
     };
@@ -120,7 +120,7 @@ fn binary(bytes: &[u8]) -> Result<Raw, Fault> {
     let count = if is_open { room as u64 } else { count };
     if count > room as u64 {
         let problem =
-            format!("the header announces {count} triangles, but there is room for {room} at most; {cut}");
+            format!("the header declares {count} triangles, but the file has room for at most {room}; {cut}");
         return Err(Fault::at_byte(80, problem));
     }
     let mut soup = Soup::default();
@@ -139,13 +139,13 @@ fn binary(bytes: &[u8]) -> Result<Raw, Fault> {
     if is_open {
         soup.raw
             .notes
-            .push(format!("the header announces no triangles, but there are {count}: all were taken"));
+            .push(format!("the header declares no triangles, but there are {count}; all were read"));
     }
     if is_binary(bytes) || is_open || count == 0 {
         return Ok(soup.raw);
     }
     let surplus = bytes.len() - HEADER - TRIANGLE * count as usize;
-    soup.raw.notes.push(format!("{surplus} bytes after the {count} announced triangles were left out"));
+    soup.raw.notes.push(format!("{surplus} bytes after the {count} declared triangles were ignored"));
     Ok(soup.raw)
 }
 
@@ -208,17 +208,17 @@ fn ascii(text: &str) -> Result<Raw, Fault> {
                 // Between one solid and the next.
                 _ if has_begun && !is_open && corners.is_empty() => break,
                 _ => {
-                    let problem = format!("{} has no place in an STL mesh", quoted(word));
+                    let problem = format!("unexpected {} in an STL mesh", quoted(word));
                     return Err(Fault::at_line(line_number, problem));
                 }
             }
         }
     }
     if !corners.is_empty() || !matches!(wanted, Wanted::Keyword | Wanted::Name) {
-        return Err(Fault::at_line(last, "a facet is not finished; the file may have been cut short"));
+        return Err(Fault::at_line(last, "a facet is incomplete; the file may be truncated"));
     }
     if is_open {
-        soup.raw.notes.push("the file has no endsolid and may have been cut short".to_owned());
+        soup.raw.notes.push("the file has no endsolid and may be truncated".to_owned());
     }
     Ok(soup.raw)
 }

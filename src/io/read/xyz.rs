@@ -225,7 +225,7 @@ fn numbered(words: &[String], notes: &mut Vec<String>) -> Vec<i64> {
         labels.push(label);
     }
     let more = if numbers.len() > shown.len() { ", …" } else { "" };
-    notes.push(format!("labels are words, which were numbered: {}{more}", shown.join(", ")));
+    notes.push(format!("labels are words and were numbered: {}{more}", shown.join(", ")));
     labels
 }
 
@@ -252,23 +252,22 @@ pub(super) fn parse(text: &str) -> Result<Raw, Fault> {
         words.extend(part.words);
     }
     if raw.points.is_empty() {
-        return Err(Fault::whole("it has no points; there should be one a line, as x y z"));
+        return Err(Fault::whole("it has no points; write one point per line as x y z"));
     }
     if head.degrees {
         raw.notes.push(columns::DEGREES.to_owned());
     }
     if head.has_other_names {
-        raw.notes.push("no columns are named x, y and z: the first three were taken".to_owned());
+        raw.notes.push("no columns are named x, y and z; the first three were used".to_owned());
     }
     if incomplete == 0 {
         raw.attributes = head.layout.attributes(&rest, &words, announced.is_some(), &mut raw.notes);
     } else {
         let lines = counted(incomplete, "line has", "lines have");
-        raw.notes.push(format!("{lines} fewer columns than the first: only coordinates were taken"));
+        raw.notes.push(format!("{lines} fewer columns than the first; only coordinates were read"));
     }
     if let Some(count) = announced.filter(|&n| n != raw.points.len()) {
-        raw.notes
-            .push(format!("the first line announces {count} points, but there are {}", raw.points.len()));
+        raw.notes.push(format!("the first line declares {count} points, but there are {}", raw.points.len()));
     }
     Ok(raw)
 }

@@ -86,8 +86,7 @@ impl AnimationWriter {
                     Err(_) => path.exists() || place.file().is_none(),
                 };
                 if is_taken {
-                    let reason =
-                        std::io::Error::new(std::io::ErrorKind::AlreadyExists, "something is there already");
+                    let reason = std::io::Error::new(std::io::ErrorKind::AlreadyExists, "it already exists");
                     return Err(failed(reason));
                 }
                 let mut builder = tempfile::Builder::new();
@@ -109,7 +108,7 @@ impl AnimationWriter {
     pub fn push(&mut self, picture: &image::RgbaImage) -> Result<(), WriteError> {
         let failed = |reason| WriteError::Io { path: self.path.clone(), reason };
         if <[u32; 2]>::from(picture.dimensions()) != self.size {
-            return Err(failed(std::io::Error::other("a picture has another size than the first")));
+            return Err(failed(std::io::Error::other("a frame differs in size from the first")));
         }
         match &mut self.target {
             Target::Gif { encoder, delay } => {

@@ -122,7 +122,7 @@ impl<'a> SegmentedCloud<'a> {
         let ids = cloud.labels_of_input(&abstraction.labels, UNASSIGNED);
         let attributes = attributes.filter(|_| options.input_attributes);
         if ids.len() != points.len() || attributes.is_some_and(|a| !a.fit(points.len())) {
-            return Err(unfit("the labels belong to another cloud"));
+            return Err(unfit("the labels belong to a different cloud"));
         }
         let color = |&id: &u32| if id == UNASSIGNED { UNASSIGNED_COLOR } else { colors.of(id) };
         let label = |&id: &u32| if id == UNASSIGNED { Ok(-1) } else { file_label(id) };

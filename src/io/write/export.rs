@@ -16,19 +16,16 @@ use crate::io::primitives::PrimitiveSet;
 /// What was written.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Exported {
-    /// The file that was asked for, and those beside it that it refers to.
+    /// The requested file, and the files it refers to.
     pub files: Vec<PathBuf>,
     /// What of the result the file can't say, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Writes the result to a file of the format, and the files that it refers to
-/// (materials, meshes) beside it: all of them or none.
+/// Writes the result to a file of the format, with the files it refers to (materials, meshes) next to it: all or none.
 ///
 /// # Errors
-/// Where a file can't be written, an option is out of its limits, the format
-/// needs a mesh and the input is none, or the result has something that the
-/// format can't hold.
+/// If a file cannot be written, an option is out of range, the format needs a mesh but the input is not one, or the format cannot represent the result.
 pub fn export(
     path: &Path,
     format: Format,
@@ -64,12 +61,10 @@ fn alone(
     finish(writing)
 }
 
-/// Writes the result into a folder under several names, each of which tells
-/// its format ([`Format::from_path`]): all files or none. The folder is made if
-/// it isn't there.
+/// Writes the result to a folder under several names, which determine the formats ([`Format::from_path`]): all files or none. The folder is created if missing.
 ///
 /// # Errors
-/// As [`export`], and where a name tells no format.
+/// As [`export`], or if a name has no known format.
 pub fn export_all(
     folder: &Path,
     names: &[String],
@@ -113,7 +108,7 @@ pub fn primitives_text(format: Format, set: &PrimitiveSet<'_>) -> Result<String,
         | Writer::Cloud(_)
         | Writer::Mesh(_)
         | Writer::Surfaces(_)
-        | Writer::Robot(_) => Err(unfit(format!("{format} has no text; take json or csv"))),
+        | Writer::Robot(_) => Err(unfit(format!("{format} is not a text format; use JSON or CSV"))),
     }
     .and_then(|()| String::from_utf8(text).map_err(|e| unfit(e.to_string())))
     .map_err(|e| WriteError::Content { path: Path::new("the text").to_owned(), problem: e.to_string() })

@@ -159,7 +159,7 @@ fn glb(w: &mut impl Write, parts: &Parts, colors: bool) -> io::Result<()> {
     let mut text = serde_json::to_vec(&document)?;
     text.resize(text.len().next_multiple_of(4), b' ');
     let binary = if scene.bytes.is_empty() { 0 } else { 8 + scene.bytes.len() };
-    let length = |n: usize| u32::try_from(n).map_err(|_| unfit("GLB files end at 4 GiB; take PLY"));
+    let length = |n: usize| u32::try_from(n).map_err(|_| unfit("GLB files are limited to 4 GiB; use PLY"));
     w.write_all(b"glTF")?;
     w.write_all(&2u32.to_le_bytes())?;
     w.write_all(&length(20 + text.len() + binary)?.to_le_bytes())?;

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::tessellate::Resolution;
 
-/// What a file holds.
+/// Content of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
@@ -26,8 +26,8 @@ impl Kind {
         match self {
             Self::Cloud => "Segmented cloud",
             Self::Mesh => "Segmented mesh",
-            Self::Primitives => "Primitives, as numbers",
-            Self::Scene => "Primitives, as bodies",
+            Self::Primitives => "Primitives as numbers",
+            Self::Scene => "Primitives as meshes",
         }
     }
 }
@@ -65,7 +65,7 @@ impl Choice {
             Self::Doubles => "Double precision",
             Self::SplitBoundaries => "Cut faces along boundaries",
             Self::Resolution => "Resolution",
-            Self::ExactShapes => "Spheres, boxes and cylinders as such",
+            Self::ExactShapes => "Use exact spheres, boxes and cylinders",
             Self::Density => "Density",
             Self::Scale => "Metres per unit",
         }
@@ -74,26 +74,30 @@ impl Choice {
     /// One sentence on what it does.
     pub fn hint(self) -> &'static str {
         match self {
-            Self::Binary => "Smaller and faster; switched off, the file is text.",
-            Self::Colors => "The colours of the screen, beside the labels.",
+            Self::Binary => "Smaller and faster. Off: the file is text.",
+            Self::Colors => "Colours as shown on screen, in addition to labels.",
             Self::InputAttributes => {
-                "What the input file says of its points goes along, where it says something."
+                "Include normals, colours and labels from the input file, if it has any."
             }
             Self::Doubles => {
-                "Keeps every digit, but PCL and Open3D don't read it. Switched off, places are rounded to 7 digits."
+                "Keep all digits. PCL and Open3D cannot read this. Off: coordinates are rounded to 7 digits."
             }
             Self::SplitBoundaries => {
-                "A face that belongs to several parts is cut along the boundary; switched off, it goes to the part that has most of it."
+                "Cut faces that belong to several parts along the boundary. Off: a face goes to the part \
+                 that covers most of it."
             }
-            Self::Resolution => "Pieces of a quarter turn: the more, the smoother, and the larger the file.",
+            Self::Resolution => {
+                "Segments per quarter turn. Higher values give smoother surfaces and larger files."
+            }
             Self::ExactShapes => {
-                "Where a primitive nearly is one, simulators get it as such: contacts are faster and smoother than with a mesh."
+                "Write primitives that are nearly a sphere, box or cylinder as exactly that. Simulators \
+                 compute contacts faster and more smoothly than with meshes."
             }
             Self::Density => {
-                "Mass and inertia come from the volume, at so many kilograms a cubic metre: 1000 is water."
+                "In kilograms per cubic metre; water is 1000. Mass and inertia are computed from the volume."
             }
             Self::Scale => {
-                "Simulators take lengths as metres. For an input in millimetres this is 0.001, in inches 0.0254."
+                "Simulators use metres. For an input in millimetres this is 0.001, in inches 0.0254."
             }
         }
     }
@@ -163,7 +167,7 @@ impl ExportOptions {
             [("density", self.density, Self::DENSITY), ("scale", self.scale, Self::SCALE)]
         {
             if !(value >= least && value <= most) {
-                return Err(format!("{name} is {value:?}, but must lie between {least:?} and {most:?}"));
+                return Err(format!("{name} is {value:?}, but must be between {least:?} and {most:?}"));
             }
         }
         Ok(())

@@ -1,5 +1,4 @@
-//! A mesh in parts, each of which belongs to a primitive or to none: what the
-//! files of meshes are written from.
+//! A mesh in parts, each belonging to one primitive or to none. Mesh files are written from this.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io;
@@ -96,7 +95,7 @@ impl PartsCounts {
 /// What there is to say of a part.
 #[derive(Debug, Clone)]
 pub(super) struct Part {
-    /// The id of its primitive; −1 for none.
+    /// The id of its primitive; −1 if unassigned.
     pub(super) label: i32,
     /// `primitive-ID` or `unassigned`.
     pub(super) name: String,
@@ -124,7 +123,7 @@ fn name_of(label: i32) -> String {
 impl Parts {
     /// The input mesh, its faces in their order (unless they are cut) and
     /// labelled by the samples next to them. Parts are in the order of their
-    /// ids; what belongs to none comes last.
+    /// The input mesh with its faces in order (unless they are cut), labelled by the nearest samples. Parts are sorted by id; unassigned faces come last.
     pub(super) fn of_mesh(
         mesh: &TriMesh,
         outcome: &Outcome<'_>,
@@ -132,7 +131,7 @@ impl Parts {
     ) -> io::Result<Self> {
         let (cloud, labels) = (outcome.cloud, &outcome.abstraction.labels);
         if cloud.points.len() != labels.len() {
-            return Err(unfit("the labels belong to another cloud"));
+            return Err(unfit("the labels belong to a different cloud"));
         }
         let (mesh, labels) = if options.split_boundaries {
             split_at_boundaries(mesh, cloud, labels)
@@ -196,7 +195,7 @@ impl Parts {
         &self.parts[self.part_of_face[face] as usize]
     }
 
-    /// Refuses what single precision can't hold, and tells where it is coarse.
+    /// Rejects values out of range for single precision, and notes where it is coarse.
     pub(super) fn single_precision(&self) -> io::Result<Option<String>> {
         rounding(self.vertices.iter())
     }
@@ -269,7 +268,7 @@ struct Welder {
 }
 
 impl Welder {
-    /// The number of the place at a point, a new one if there is none.
+    /// The index of the vertex at a point, added if new.
     fn place(&mut self, p: Vector3<f64>) -> u32 {
         let cell = <[i64; 3]>::from(p.map(|c| (c / WELD).floor() as i64));
         for step in 0..27 {

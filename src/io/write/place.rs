@@ -46,7 +46,7 @@ impl Place {
                 Err(e) => return Err(e),
             }
         }
-        Err(io::Error::other("its links lead in a circle"))
+        Err(io::Error::other("its links form a cycle"))
     }
 
     /// The file that is replaced, if it is one.

@@ -248,7 +248,7 @@ impl Robot {
         let larger = larger.filter_map(|body| {
             let percent = 100.0 * body.excess?;
             Some(format!(
-                "{} is not convex: its collision mesh is the convex hull, {percent:.1} % larger",
+                "{} is not convex; its collision mesh is the convex hull, {percent:.1} % larger",
                 body.name
             ))
         });
@@ -265,9 +265,9 @@ impl Robot {
             n => format!(" (and {} more)", n - 1),
         };
         Some(format!(
-            "{}{others} has a mass of {:.1e} kg and a least moment of inertia of {:.1e} kg m²; MuJoCo refuses \
-             what is not above {LEAST:e}: write the model in a smaller unit of length, for instance in \
-             millimetres with a scale of {:?} in place of {:?}",
+            "{}{others} has a mass of {:.1e} kg and a smallest moment of inertia of {:.1e} kg m²; MuJoCo \
+             rejects values not above {LEAST:e}. Write the model in a smaller unit of length, for example \
+             in millimetres with a scale of {:?} instead of {:?}",
             first.name,
             first.mass,
             first.inertia().min(),
@@ -281,8 +281,8 @@ impl Robot {
         let mass: f64 = self.bodies.iter().map(|body| body.mass).sum();
         (mass > HEAVIEST).then(|| {
             format!(
-                "the model has a mass of {mass:.1e} kg, as a unit of the input is taken for {:?} m; if that is \
-                 not so, say what it is: 0.001 for millimetres",
+                "the model has a mass of {mass:.1e} kg, with one unit of the input as {:?} m; if this is \
+                 wrong, set the metres per unit, for example 0.001 for millimetres",
                 self.scale
             )
         })
@@ -290,12 +290,12 @@ impl Robot {
 
     fn about(&self) -> String {
         let unit = match self.scale {
-            1.0 => "in units of the input, taken as metres".to_owned(),
-            scale => format!("in metres, {scale:?} for a unit of the input"),
+            1.0 => "in units of the input, interpreted as metres".to_owned(),
+            scale => format!("in metres, {scale:?} per unit of the input"),
         };
         format!(
-            "superform {}. Lengths {unit}; masses and inertias are those of the \
-             exact solids, which may overlap. Collision meshes are convex hulls.",
+            "superform {}. Lengths {unit}; masses and inertias are those of the exact solids, which may \
+             overlap. Collision meshes are convex hulls.",
             env!("CARGO_PKG_VERSION")
         )
     }
@@ -452,6 +452,8 @@ pub(super) fn size(primitives: u64, options: &ExportOptions) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Point3;
+
     use super::*;
 
     fn shape(eps: [f64; 2], axes: [f64; 3], taper: [f64; 2]) -> Superquadric {

@@ -27,12 +27,13 @@ pub(super) fn rounding<'a>(
     let coordinates = places.clone().filter(finite).flat_map(|p| p.iter().copied());
     if coordinates.clone().any(|c| !(c as f32).is_finite()) {
         return Err(unfit(
-            "a place is too far off for single precision; take a format with double precision",
+            "a coordinate is out of range for single precision; use a format with double precision",
         ));
     }
     let off = coordinates.map(|c| (f64::from(c as f32) - c).abs()).fold(0.0, f64::max);
     let extent = bounds(places.filter(finite).copied()).map_or(0.0, |(lo, hi)| (hi - lo).amax());
-    Ok((off > 1e-6 * extent).then(|| format!("places were rounded to single precision, by up to {off:.2e}")))
+    Ok((off > 1e-6 * extent)
+        .then(|| format!("coordinates were rounded to single precision, by up to {off:.2e}")))
 }
 
 /// Characters that the places of a point take in a text, on average over some
@@ -45,8 +46,7 @@ pub(super) fn mean_place(points: &[Point3<f64>]) -> u64 {
     (characters / count) as u64
 }
 
-/// A number as all readers take it: the shortest text that reads as the same
-/// number, and `nan` where it is none.
+/// A number as accepted by all readers: the shortest text that reads back as the same number, or `nan`.
 pub(in crate::io) struct Text<T>(pub(in crate::io) T);
 
 macro_rules! text {

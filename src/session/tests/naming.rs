@@ -49,7 +49,7 @@ fn every_state_of_a_branch_has_a_name_of_its_own() {
             "Iteration 2 · edit: deleted 7",
             "Iteration 2 · edit 2: deleted 1, 2, 3 …",
             "Iteration 2 · refined 2",
-            "Iteration 2 · edit 3: released points",
+            "Iteration 2 · edit 3: unpinned points",
             "Iteration 3",
             "Iteration 3 · merge",
         ]
@@ -78,7 +78,7 @@ fn a_baseline_counts_steps_and_an_unrefined_run_is_finished() {
 fn messages_name_the_state_that_the_log_line_is_about() {
     let session = worked_on();
     let lines: Vec<&str> = session.messages.iter().map(|m| m.what.as_str()).collect();
-    for line in ["Iteration 2 · merge 2: 1 and 3 became 3", "Iteration 2 · edit: 7 was deleted (3 points)"]
+    for line in ["Iteration 2 · merge 2: 1 and 3 merged into 3", "Iteration 2 · edit: 7 deleted (3 points)"]
     {
         assert!(lines.contains(&line), "{lines:?}");
     }

@@ -143,7 +143,7 @@ fn another_state_is_shown_beside() {
     session.absorb(snapshot(&[1], Phase::Finished, 11, vec![]));
     assert_eq!(session.compared().expect("a state").index, 11);
     session.apply(Action::Compare(Some(Comparison::with(77, None))));
-    assert!(session.compared().is_none(), "a branch that is gone");
+    assert!(session.compared().is_none(), "a removed branch");
 }
 
 #[test]

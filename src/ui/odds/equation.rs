@@ -38,23 +38,23 @@ pub(super) fn show(ui: &mut Ui, session: &Session, explanation: &Explanation, ro
             Row::New(_) => "new".to_owned(),
         };
         line(ui, &format!("p(z = {whose}) = {} / {} = {share}", figure(weight), figure(total)))
-            .on_hover_text("The weight over the sum of all weights");
+            .on_hover_text("The weight divided by the sum of all weights");
         let weak = Palette::of(ui).weak;
         let note = match row {
             Row::Present(odds) if odds.n == 0.0 => {
-                "Nobody may sit down at a locked table: n counts as 0.".to_owned()
+                "A locked primitive takes no points: n counts as 0.".to_owned()
             }
             Row::Present(odds) => {
                 let scale = session.normalised_scale().unwrap_or(1.0);
                 format!(
-                    "d = {} and σ = {} in the file's units, × {} in the sampler's.",
+                    "d = {} and σ = {} in the file's units; multiply by {} for the sampler's units.",
                     length(odds.distance_input),
                     length(odds.sigma / scale),
                     figure(scale)
                 )
             }
             Row::New(_) => {
-                "α is the concentration, p0 the density that a new table gives to any point.".to_owned()
+                "α is the concentration; p0 is the density that a new table assigns to any point.".to_owned()
             }
         };
         ui.add(Label::new(RichText::new(note).small().color(weak)).wrap());
@@ -63,12 +63,12 @@ pub(super) fn show(ui: &mut Ui, session: &Session, explanation: &Explanation, ro
         let divisor = length(samples as f64 - 1.0 + alpha);
         ui.add(
             Label::new(
-                RichText::new("The divisor N − 1 + α of both is left out: it cancels.").small().color(weak),
+                RichText::new("The common divisor N − 1 + α cancels and is omitted.").small().color(weak),
             )
             .wrap(),
         )
         .on_hover_text(format!(
-            "In the paper both are divided by N − 1 + α = {divisor}, with the N = {} samples",
+            "The paper divides both weights by N − 1 + α = {divisor}, where N = {} samples",
             count(samples)
         ));
     });

@@ -29,11 +29,11 @@ pub(super) fn header(ui: &mut Ui) {
     let at = pos2(rect.left() + COLUMNS[3] + 2.0 * GAP, rect.center().y);
     ui.painter().text(at, Align2::LEFT_CENTER, "odds", font, color);
     response.on_hover_text(
-        "n: points of the table without this one\n\
-         d: radial distance to its primitive, in the file's units\n\
-         N(d; σ): density of the noise, in the sampler's unit, where the cloud's box has volume 200\n\
-         weight: n · N(d; σ) · ½, of a new table α · p0\n\
-         odds: the weight's share of all; click a row to see its terms",
+        "n: points at the table, without this one\n\
+         d: radial distance to the table's primitive, in the file's units\n\
+         N(d; σ): noise density, in the sampler's units (the cloud's bounding box has volume 200)\n\
+         weight: n · N(d; σ) · ½; for a new table α · p0\n\
+         odds: the weight divided by the sum of all weights. Click a row to see its terms",
     );
 }
 
@@ -88,7 +88,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, row: Row<'_>, is_chosen: bool
         painter.text(pos2(rect.left() + right, middle), Align2::RIGHT_CENTER, value, font.clone(), text);
     }
     bar(ui, rect, row.probability(), odds, color, text);
-    response.on_hover_text("Click to see how its weight comes about")
+    response.on_hover_text("Click to see how the weight is computed")
 }
 
 /// The share of all weights, as a bar with its number beside it.

@@ -22,7 +22,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, sample: u32, actions: &mut Ve
         |i: usize| states[i].abstraction.labels.get(sample as usize).copied().unwrap_or(UNASSIGNED);
     let changes = (1..states.len()).filter(|&i| label_in(i) != label_in(i - 1)).count();
     let weak = Palette::of(ui).weak;
-    let text = format!("Its label through {} states, {} changes", count(states.len()), count(changes));
+    let text = format!("Label over {} states, {} changes", count(states.len()), count(changes));
     ui.label(RichText::new(&text).small().color(weak));
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), HEIGHT), Sense::click());
     response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &text));
@@ -74,11 +74,11 @@ pub(super) fn show(ui: &mut Ui, session: &Session, sample: u32, actions: &mut Ve
             let (rect, _) = ui.allocate_exact_size(vec2(10.0, 10.0), Sense::hover());
             ui.painter().rect_filled(rect, 2.0, color(label));
             let whose =
-                if label == UNASSIGNED { "no table".to_owned() } else { format!("primitive {label}") };
+                if label == UNASSIGNED { "unassigned".to_owned() } else { format!("primitive {label}") };
             ui.label(format!("{}: {whose}", StateName::of(states, i).place()));
         });
         ui.label(
-            RichText::new("Click to show that state").font(FontId::proportional(11.0)).color(weak_of(ui)),
+            RichText::new("Click to show this state").font(FontId::proportional(11.0)).color(weak_of(ui)),
         );
     });
 }

@@ -90,7 +90,8 @@ impl Job {
         });
         if let Err(error) = thread {
             // There is room for one.
-            let _ = sender.try_send(Err(format!("the system gives no thread to write it with ({error})")));
+            let _ =
+                sender.try_send(Err(format!("the system could not start a thread to write it ({error})")));
         }
         Self {
             still,
@@ -114,7 +115,7 @@ impl Job {
     pub(super) fn advance(&mut self, studio: &mut Studio) -> Option<Outcome> {
         match self.outcome.try_recv() {
             Ok(outcome) => return Some(outcome),
-            Err(TryRecvError::Disconnected) => return Some(Err("its thread has ended".to_owned())),
+            Err(TryRecvError::Disconnected) => return Some(Err("its thread ended unexpectedly".to_owned())),
             Err(TryRecvError::Empty) => {}
         }
         if let Err(error) = self.draw(studio) {

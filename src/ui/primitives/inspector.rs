@@ -39,7 +39,7 @@ fn one(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<
         swatch(ui, session, primitive.id);
         ui.label(RichText::new(format!("Primitive {}", primitive.id)).strong());
         let state = if session.is_shaping() {
-            "being changed"
+            "editing"
         } else if primitive.locked {
             "locked"
         } else {
@@ -48,9 +48,8 @@ fn one(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<
         ui.label(RichText::new(state).color(Palette::of(ui).weak));
     });
     let text = format!("{} points, mean error {}", count(primitive.points), length(primitive.mean_distance));
-    ui.label(RichText::new(text).color(Palette::of(ui).weak)).on_hover_text(
-        "Samples that belong to it, and the mean distance from them to its surface, in the file's units",
-    );
+    ui.label(RichText::new(text).color(Palette::of(ui).weak))
+        .on_hover_text("Samples assigned to it, and their mean distance to its surface, in the file's units");
     ui.add_space(3.0);
     theta::show(ui, session, primitive, actions);
     ui.add_space(3.0);
@@ -116,7 +115,7 @@ fn points(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         }
     }
     ui.add_space(3.0);
-    buttons(ui, session, &[(Verb::NewCluster, "New cluster"), (Verb::ReleasePoints, "Release")], actions);
+    buttons(ui, session, &[(Verb::NewCluster, "New cluster"), (Verb::ReleasePoints, "Unpin")], actions);
     wide_button(ui, session, Verb::BelongTogether, actions);
 }
 
@@ -176,9 +175,8 @@ fn short_button(ui: &mut Ui, session: &Session, verb: Verb, text: &str, width: f
 /// A menu of the nearest others; the chosen merge is judged first.
 fn merge_with(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<Action>) {
     let others = nearest(session, primitive);
-    let why = session
-        .why_fixed(primitive)
-        .or_else(|| others.is_empty().then_some("There is no other primitive that isn't locked"));
+    let why =
+        session.why_fixed(primitive).or_else(|| others.is_empty().then_some("No other unlocked primitive"));
     ui.add_enabled_ui(why.is_none(), |ui| {
         ui.horizontal(|ui| {
             let width = ui.available_width();
@@ -197,7 +195,7 @@ fn merge_with(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &m
                 }
             });
             response
-                .on_hover_text("Choose another one, and see what the test says of one primitive for both")
+                .on_hover_text("Choose another primitive and test whether one primitive fits both")
                 .on_disabled_hover_text(why.unwrap_or_default());
         });
     });

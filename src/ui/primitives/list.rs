@@ -44,10 +44,10 @@ impl Column {
 
     fn tooltip(self) -> &'static str {
         match self {
-            Self::Id => "Sort by the primitive's number, which it keeps through the run",
-            Self::Points => "Sort by the number of samples that belong to the primitive",
+            Self::Id => "Sort by id. A primitive keeps its id throughout the run",
+            Self::Points => "Sort by number of assigned samples",
             Self::Error => {
-                "Sort by the mean distance of the primitive's samples to its surface, in the file's units"
+                "Sort by mean distance of the assigned samples to the surface, in the file's units"
             }
         }
     }
@@ -84,7 +84,7 @@ impl List {
         title(ui, session, actions);
         if primitives.is_empty() {
             let text = if session.loaded.is_some() {
-                "None in this state"
+                "No primitives in this state"
             } else {
                 "Open a shape to see its primitives"
             };
@@ -371,10 +371,10 @@ fn lock(ui: &mut Ui, session: &Session, primitive: &Primitive, rect: Rect, is_ne
     let text = if let Some(why) = session.reason(Verb::LockSelected).filter(|_| !can) {
         why.to_owned()
     } else if locked {
-        format!("Unlock primitive {id}: the sampler may change it and its points again")
+        format!("Unlock primitive {id}: the sampler can change it and its points again")
     } else {
         format!(
-            "Lock primitive {id}: the sampler leaves it and its points alone, also when the run starts over"
+            "Lock primitive {id}: the sampler does not change it or its points, even when the run restarts"
         )
     };
     response.on_hover_text(text).clicked() && can

@@ -59,20 +59,17 @@ impl Line {
     fn tooltip(self) -> &'static str {
         match self {
             Self::Exponents => {
-                "ε1 shapes the profile from pole to pole, ε2 the section around the equator: near 0 a box, 1 \
-                 round, near 2 an octahedron"
+                "ε1 shapes the profile from pole to pole, ε2 the cross-section at the equator. Near 0: box; \
+                 1: round; near 2: octahedron"
             }
             Self::SemiAxes => {
-                "ax, ay and az, half the lengths along the primitive's own axes, in the file's units"
+                "ax, ay and az: half the lengths along the primitive's axes, in the file's units"
             }
-            Self::Center => "t, the centre, along x, y and z in the file's units",
-            Self::Rotation => {
-                "R, as turns about the file's x, then y, then z axis that bring the primitive into place, in \
-                 degrees"
-            }
+            Self::Center => "t: the centre along x, y and z, in the file's units",
+            Self::Rotation => "R: rotations about the file's x, then y, then z axis, in degrees",
             Self::Taper => {
-                "kx and ky, by how much the section narrows or widens along the primitive's z axis: 0 for not \
-                 at all"
+                "kx and ky: how much the cross-section narrows or widens along the primitive's z axis; 0 \
+                 means no taper"
             }
         }
     }
@@ -163,8 +160,8 @@ pub(super) fn show(ui: &mut Ui, session: &Session, primitive: &Primitive, action
         });
     }
     ui.horizontal(|ui| {
-        let tooltip = "σ, the standard deviation of the points' radial distances, in the file's units; a refit or \
-                       an iteration draws it anew";
+        let tooltip = "σ: standard deviation of the points' radial distances, in the file's \
+             units. Every refit and iteration redraws it";
         label(ui, "Noise σ", tooltip);
         ui.label(length(primitive.sigma)).on_hover_text(tooltip);
     });

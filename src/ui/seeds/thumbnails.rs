@@ -64,7 +64,7 @@ impl Thumbnails {
                     self.pictures.insert(key, (of, texture));
                 }
                 Some(Err(error)) => {
-                    tracing::warn!("a seed has no picture: {error}");
+                    tracing::warn!("cannot render a seed's thumbnail: {error}");
                     self.failed.insert(key);
                 }
             }
@@ -126,7 +126,7 @@ impl Thumbnails {
         match studio.begin(&scene, &shot) {
             Ok(capture) => self.under_way = Some((last.key, pose, capture)),
             Err(error) => {
-                tracing::warn!("a seed has no picture: {error}");
+                tracing::warn!("cannot render a seed's thumbnail: {error}");
                 self.failed.insert(last.key);
             }
         }

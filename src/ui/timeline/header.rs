@@ -54,7 +54,7 @@ fn transport(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         verb_icon(ui, session, Verb::LastState, Icon::Last, actions);
         verb_icon(ui, session, Verb::ToggleLoop, Icon::Loop, actions);
     });
-    let speed = |speed: u32| format!("{speed} a second");
+    let speed = |speed: u32| format!("{speed} per second");
     let combo = ComboBox::from_id_salt("play speed")
         .selected_text(format!("{}/s", session.playback.speed()))
         .width(50.0)
@@ -65,7 +65,7 @@ fn transport(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 }
             }
         });
-    let response = combo.response.on_hover_text("How many states a second are played");
+    let response = combo.response.on_hover_text("States played per second");
     response.widget_info(|| egui::WidgetInfo::labeled(egui::Role::ComboBox, true, "Play speed"));
 }
 
@@ -80,11 +80,11 @@ fn progress(ui: &mut Ui, session: &Session, width: f32) {
             .fill(Palette::of(ui).accent);
         ui.add(bar).on_hover_text(&text);
     }
-    ui.label(text).on_hover_text("The shown state, and how many iterations the run makes, T");
+    ui.label(text).on_hover_text("The shown state and the number of iterations T of the run");
 }
 
 fn curves_button(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
-    let button = ui.button("Curves").on_hover_text("Which figures are plotted over the states");
+    let button = ui.button("Curves").on_hover_text("Which values are plotted over the states");
     Popup::menu(&button).close_behavior(PopupCloseBehavior::CloseOnClickOutside).show(|ui| {
         for curve in Curve::ALL {
             let mut shown = session.curves.shows(curve);
@@ -98,27 +98,29 @@ fn curves_button(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
 fn compare_button(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     if session.comparison.is_some() {
         let button = Button::selectable(true, "Compare");
-        if ui.add(button).on_hover_text("Show one state only").clicked() {
+        if ui.add(button).on_hover_text("Show only one state").clicked() {
             actions.push(Action::Compare(None));
         }
         return;
     }
     let enabled = session.snapshot.is_some();
     let button = ui.add_enabled(enabled, Button::new("Compare"));
-    let button = button.on_hover_text("Show another branch, or another state, beside the present one");
+    let button = button.on_hover_text("Show another branch or another state next to this one");
     Popup::menu(&button).show(|ui| {
         let weak = Palette::of(ui).weak;
-        ui.label(RichText::new("Beside the shown state").small().color(weak));
+        ui.label(RichText::new("Compare the shown state with").small().color(weak));
         let Some(current) = session.timeline.current() else { return };
         for branch in session.timeline.branches().iter().filter(|b| b.id != current.id) {
-            let hint = format!("Its last state, {}", branch.name_of(usize::MAX));
+            let hint = format!("Its latest state, {}", branch.name_of(usize::MAX));
             if ui.button(&branch.name).on_hover_text(hint).clicked() {
                 actions.push(Action::Compare(Some(Comparison::with(branch.id, None))));
             }
         }
         for (text, index) in [("Start of this branch", Some(0)), ("End of this branch", None)] {
-            let hint =
-                format!("{}; another can be chosen then", current.name_of(index.unwrap_or(usize::MAX)));
+            let hint = format!(
+                "{}. You can choose another state afterwards",
+                current.name_of(index.unwrap_or(usize::MAX))
+            );
             if ui.button(text).on_hover_text(hint).clicked() {
                 actions.push(Action::Compare(Some(Comparison::with(current.id, index))));
             }

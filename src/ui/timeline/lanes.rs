@@ -190,8 +190,11 @@ impl Timeline {
                         if !Popup::is_id_open(ui.ctx(), Popup::default_response_id(&more)) {
                             response.on_hover_ui(|ui| {
                                 about(ui, session, branch);
-                                let hint =
-                                    if is_shown { "Double-click to rename" } else { "Click to show it" };
+                                let hint = if is_shown {
+                                    "Double-click to rename"
+                                } else {
+                                    "Click to show this branch"
+                                };
                                 ui.label(RichText::new(hint).small().color(Palette::of(ui).weak));
                             });
                         }
@@ -202,19 +205,19 @@ impl Timeline {
     }
 
     fn menu(&mut self, ui: &mut Ui, session: &Session, branch: &Branch, actions: &mut Vec<Action>) {
-        if ui.button("Rename").on_hover_text("Give this branch another name").clicked() {
+        if ui.button("Rename").on_hover_text("Rename this branch").clicked() {
             self.renaming = Some(Renaming::of(branch));
         }
         let is_shown = session.timeline.current().is_some_and(|b| b.id == branch.id);
         let (text, index) = if is_shown { ("Compare with its start", Some(0)) } else { ("Compare", None) };
-        if ui.button(text).on_hover_text("Show that state beside the present one").clicked() {
+        if ui.button(text).on_hover_text("Show that state next to this one").clicked() {
             actions.push(Action::Compare(Some(Comparison::with(branch.id, index))));
         }
         ui.separator();
         let is_last = session.timeline.branches().len() < 2;
         let remove = ui.add_enabled(!is_last, Button::new("Remove"));
-        let remove = remove.on_hover_text("Forget this branch with its states; Undo brings it back");
-        if remove.on_disabled_hover_text("The last branch stays").clicked() {
+        let remove = remove.on_hover_text("Remove this branch and its states. Undo restores it");
+        if remove.on_disabled_hover_text("The last branch can't be removed").clicked() {
             actions.push(Action::RemoveBranch(branch.id));
         }
     }
@@ -224,7 +227,7 @@ impl Timeline {
 fn edit_name(ui: &mut Ui, renaming: &mut Renaming, actions: &mut Vec<Action>) -> bool {
     let field = TextEdit::singleline(&mut renaming.text).desired_width(ui.available_width() - 8.0);
     let field = ui.add(field);
-    field.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Name of the branch"));
+    field.widget_info(|| egui::WidgetInfo::labeled(egui::Role::TextInput, true, "Branch name"));
     if std::mem::take(&mut renaming.is_new) {
         field.request_focus();
         return false;
@@ -245,18 +248,18 @@ fn about(ui: &mut Ui, session: &Session, branch: &Branch) {
     let origin = match branch.origin {
         Some(origin) => {
             let parent = session.timeline.branch(origin.branch);
-            let name = parent.map_or("a branch that is gone", |b| &b.name);
+            let name = parent.map_or("a removed branch", |b| &b.name);
             let at = branch.name_of(origin.index).to_string();
-            format!("Left {name} at {}", lower_first(&at))
+            format!("Branched from {name} at {}", lower_first(&at))
         }
-        None => "Began with a start".to_owned(),
+        None => "Began with a new run".to_owned(),
     };
-    let by_hand = if branch.is_by_hand() { ", with work by hand" } else { "" };
+    let by_hand = if branch.is_by_hand() { ", with manual edits" } else { "" };
     let states = if branch.states.len() == 1 { "state" } else { "states" };
     ui.add(Label::new(format!("{origin}; {} {states}{by_hand}", count(branch.states.len()))).wrap());
     let Some(last) = branch.states.last() else { return };
     Grid::new(("about", branch.id)).num_columns(2).spacing([14.0, 1.0]).show(ui, |ui| {
-        ui.label(RichText::new("Last state").color(weak));
+        ui.label(RichText::new("Latest state").color(weak));
         ui.label(branch.name_of(usize::MAX).to_string());
         ui.end_row();
         for curve in Curve::ALL {

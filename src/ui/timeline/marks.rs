@@ -10,12 +10,12 @@ use crate::ui::theme::Palette;
 /// What the mark means, for the legend's tooltip.
 fn meaning(mark: Mark) -> &'static str {
     match mark {
-        Mark::Birth => "A new cluster was opened by a point that no other suited",
+        Mark::Birth => "A point that fitted no cluster opened a new one",
         Mark::Death => "A cluster lost its last points",
-        Mark::Split => "A cluster was split, cut, or left with its largest part",
-        Mark::Freeze => "A cluster fitted so well that its points keep their label",
-        Mark::Merge => "Two clusters became one",
-        Mark::Edit => "Something was changed by hand",
+        Mark::Split => "A cluster was split, cut or reduced to its largest part",
+        Mark::Freeze => "A cluster fits so well that its points keep their label",
+        Mark::Merge => "Two clusters were merged",
+        Mark::Edit => "A manual edit",
     }
 }
 

@@ -55,7 +55,7 @@ impl Timeline {
         // The panel is as high as what it holds: all that it was dragged to.
         ui.expand_to_include_rect(body);
         if session.timeline.states().is_empty() {
-            let text = "Every state of the run will be kept here";
+            let text = "All states of the run will appear here";
             ui.label(RichText::new(text).color(Palette::of(ui).weak));
             return;
         }

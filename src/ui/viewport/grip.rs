@@ -100,7 +100,7 @@ fn reading(handle: Handle, start: &Superquadric, now: &Superquadric) -> String {
             format!("moved by {}", length(step.norm()))
         }
         Handle::RotateAxis(_) | Handle::RotateView => {
-            format!("turned by {:.1}°", angle_between(&start.rotation, &now.rotation).to_degrees())
+            format!("rotated by {:.1}°", angle_between(&start.rotation, &now.rotation).to_degrees())
         }
         Handle::ScaleAxis(axis) => format!("a{} {}", ["x", "y", "z"][axis], length(now.semi_axes[axis])),
         Handle::ScaleUniform => format!("× {:.3}", now.semi_axes.x / start.semi_axes.x),

@@ -82,10 +82,10 @@ fn bar(ui: &mut Ui, view: &View, bar: &Bar<'_>, rect: Rect, actions: &mut Vec<Ac
     let (low, high) = bar.range;
     let unit = match bar.unit {
         Unit::Length => "in the file's units",
-        Unit::Share => "as a share of the largest value that is possible",
+        Unit::Share => "as a fraction of the maximum possible value",
     };
     let heading = ui.add(Label::new(RichText::new(bar.title).small()).truncate());
-    heading.on_hover_text(format!("{}. Numbers are {unit}; grey is without one", view.color_by.tooltip()));
+    heading.on_hover_text(format!("{}. Values are {unit}. Grey means no value", view.color_by.tooltip()));
 
     let palette = Palette::of(ui);
     let strip =
@@ -100,7 +100,7 @@ fn bar(ui: &mut Ui, view: &View, bar: &Bar<'_>, rect: Rect, actions: &mut Vec<Ac
         actions.push(Action::SetLegendTop(Top::At(top)));
     }
     response
-        .on_hover_text("Pull up or down to move the end of the range")
+        .on_hover_text("Drag up or down to change the end of the range")
         .on_hover_cursor(egui::CursorIcon::ResizeVertical);
     paint(ui, strip, bar, &palette);
 
@@ -113,7 +113,7 @@ fn bar(ui: &mut Ui, view: &View, bar: &Bar<'_>, rect: Rect, actions: &mut Vec<Ac
             let (least, most) = View::UNCERTAINTY_WINDOW;
             let number = DragValue::new(&mut states).range(least..=most).speed(0.1).suffix(" states");
             let number = ui.add(number).labelled_by(label);
-            if number.on_hover_text("W, the number of states over which the entropy is taken").changed() {
+            if number.on_hover_text("Number of states W over which the entropy is computed").changed() {
                 actions.push(Action::SetUncertaintyWindow(states));
             }
         });
@@ -128,19 +128,14 @@ fn ends(ui: &mut Ui, view: &View, bar: &Bar<'_>, actions: &mut Vec<Action>) {
     let number = DragValue::new(&mut top).speed(f64::from(high) * 0.01).range(f32::MIN_POSITIVE..=f32::MAX);
     let number = number.custom_formatter(|value, _| length(value)).update_while_editing(false);
     let number = ui.add_sized([56.0, theme::ROW], number).labelled_by(label);
-    let text = format!("The number of the last colour. The largest is {}", length(f64::from(bar.most)));
+    let text = format!("Value of the last colour. The largest value is {}", length(f64::from(bar.most)));
     if number.on_hover_text(text).changed() && top != high {
         actions.push(Action::SetLegendTop(Top::At(top)));
     }
     ui.spacing_mut().item_spacing.x = 3.0;
     for (top, text, name, tooltip) in [
-        (
-            Top::Robust,
-            "95 %",
-            "Colours up to 95 %",
-            "End at a round number that all but 5 % of the numbers stay below",
-        ),
-        (Top::Most, "Max", "Colours up to the largest", "End at the largest number"),
+        (Top::Robust, "95 %", "Scale colours to 95 %", "End at a round number above 95 % of the values"),
+        (Top::Most, "Max", "Scale colours to the maximum", "End at the largest value"),
     ] {
         let button = Button::selectable(view.legend_top == top, RichText::new(text).small());
         let button = ui.add(button.frame_when_inactive(true)).accessible_name(name);

@@ -264,7 +264,7 @@ fn tooltip(view: &SceneView<'_>, pick: Option<&Pick>, id: Option<u32>) -> Option
         let distance = primitive.map(|p| length(p.shape.first_order_distance(point)));
         lines.push(match distance {
             Some(distance) => format!("Point {sample}, {distance} from its surface"),
-            None => format!("Point {sample}, of no primitive"),
+            None => format!("Point {sample}, unassigned"),
         });
     }
     if let Some(primitive) = primitive {

@@ -115,9 +115,9 @@ fn bar(ui: &Ui, view: &SceneView<'_>, frame: &Frame, rect: Rect) {
     painter.text(middle, Align2::CENTER_BOTTOM, &text, FontId::proportional(11.0), color);
     let around = Rect::from_two_pos(start, end).expand2(Vec2::new(2.0, 16.0));
     let response = ui.interact(around, ui.scope_id().with("scale bar"), Sense::hover());
-    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("Scale bar of {text}")));
+    response.widget_info(|| WidgetInfo::labeled(Role::Label, true, format!("Scale bar: {text}")));
     response.on_hover_text(format!(
-        "This long is {text} in the file's units, at the pivot. A cell of the grid is {}",
+        "This length is {text} in the file's units, at the pivot. One grid cell is {}",
         tick(cell(view), cell(view))
     ));
 }

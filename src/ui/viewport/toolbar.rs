@@ -36,8 +36,8 @@ pub(in crate::ui) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Acti
             ui.add_space(8.0);
             let keys = Verb::TogglePicks.entry().shortcut.map_or_else(String::new, |s| format!(" ({s})"));
             for (picks, draw, label, text) in [
-                (Picks::Primitives, ball as Draw, "Select primitives", "Tools select whole primitives"),
-                (Picks::Points, dots, "Select points", "Tools select single points"),
+                (Picks::Primitives, ball as Draw, "Select primitives", "Select whole primitives"),
+                (Picks::Points, dots, "Select points", "Select single points"),
             ] {
                 let on = session.view.picks == picks;
                 if icon(ui, on, label, &format!("{text}{keys}"), draw) && !on {
@@ -65,7 +65,8 @@ fn color_by(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             for by in ColorBy::ALL {
                 let is_there = by != ColorBy::Input || has_colors;
                 let item = ui.add_enabled(is_there, Button::selectable(by == present, by.text()));
-                let item = item.on_hover_text(by.tooltip()).on_disabled_hover_text("The file has no colours");
+                let item =
+                    item.on_hover_text(by.tooltip()).on_disabled_hover_text("The file contains no colours");
                 if item.clicked() {
                     actions.push(Action::SetColorBy(by));
                 }
@@ -87,7 +88,7 @@ fn surface_style(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 }
             }
         });
-    combo.response.accessible_name("Surface style").on_hover_text("How the primitives' surfaces are drawn");
+    combo.response.accessible_name("Surface style").on_hover_text("How primitive surfaces are drawn");
 }
 
 /// What is shown at all.
@@ -108,13 +109,14 @@ fn shown(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
             ui.spacing_mut().slider_width = 90.0;
             let slider = Slider::new(&mut size, low..=high).show_value(false);
             let slider = ui.add(slider).labelled_by(label);
-            if slider.on_hover_text("Diameter of a point in pixels").changed() {
+            if slider.on_hover_text("Point diameter in pixels").changed() {
                 actions.push(Action::SetPointSize(size));
             }
         });
         let mut visible_only = session.view.visible_only;
-        let only = ui.checkbox(&mut visible_only, "Select only what is visible");
-        if only.on_hover_text("Boxes and lassos leave out what is hidden behind something else").clicked() {
+        let only = ui.checkbox(&mut visible_only, "Select only visible items");
+        if only.on_hover_text("Box and lasso selection ignore what is hidden behind something else").clicked()
+        {
             actions.push(Action::SetVisibleOnly(visible_only));
         }
         ui.separator();
@@ -125,7 +127,7 @@ fn shown(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     let color = ui.style().interact(&shown.response).text_color();
     let triangle = vec![mark + vec2(-4.5, -2.5), mark + vec2(4.5, -2.5), mark + vec2(0.0, 4.0)];
     ui.painter().add(Shape::convex_polygon(triangle, color, Stroke::NONE));
-    shown.response.accessible_name("Show").on_hover_text("What the view shows, and how large points are");
+    shown.response.accessible_name("Show").on_hover_text("Visible layers and point size");
 }
 
 fn lower(text: &str) -> String {

@@ -23,7 +23,7 @@ impl<M: Machine> Engine<M> {
                 Some(present) => present.machine.resumed(&snapshot.checkpoint, &cancel),
                 None => M::resume(Arc::clone(&loaded.cloud), &snapshot.checkpoint, &cancel),
             }
-            .map_err(|error| Stop::inference("The run can't go on from there", &error))
+            .map_err(|error| Stop::inference("Cannot continue the run from this state", &error))
         });
         match outcome {
             Ok(machine) => {
@@ -52,7 +52,7 @@ impl<M: Machine> Engine<M> {
             _ => Cause::Edit,
         };
         let begun = Instant::now();
-        let edited = self.on_copy("The change could not be made", |machine| machine.edit(edit, &cancel));
+        let edited = self.on_copy("Cannot apply the edit", |machine| machine.edit(edit, &cancel));
         if let Some(occurrences) = edited {
             if let Some(present) = &mut self.present {
                 present.elapsed += begun.elapsed();
@@ -63,7 +63,7 @@ impl<M: Machine> Engine<M> {
 
     /// Takes the primitives of a file; on any error all stays as it was.
     pub(super) fn take_from(&mut self, path: &Path) {
-        let what = format!("The primitives of {} could not be brought in", path.display());
+        let what = format!("Cannot import primitives from {}", path.display());
         let outcome = guarded(|| source::read_primitives(path).map_err(|error| Stop::trouble(what, error)));
         match outcome {
             Ok(edit) => self.edit(&edit),
@@ -73,8 +73,8 @@ impl<M: Machine> Engine<M> {
 
     /// Gives a finished run more iterations; whether it worked.
     pub(super) fn extend(&mut self, iterations: u32) -> bool {
-        let extended =
-            self.on_copy("The run can't go on", |machine| machine.extend(iterations).map(|()| Vec::new()));
+        let extended = self
+            .on_copy("Cannot continue the run", |machine| machine.extend(iterations).map(|()| Vec::new()));
         if let Some(present) = &self.present {
             // T is larger now.
             self.params.iterations = present.machine.params().iterations;
@@ -84,7 +84,7 @@ impl<M: Machine> Engine<M> {
 
     pub(super) fn propose_merge(&mut self, of: Option<(u32, u32)>, skipped: &[(u32, u32)]) {
         let Some(present) = &mut self.present else {
-            self.fail("There is nothing to merge", "no shape is loaded; open one first");
+            self.fail("Nothing to merge", "no shape is loaded; open one first");
             return;
         };
         let cancel = self.cancel.clone();
@@ -92,7 +92,7 @@ impl<M: Machine> Engine<M> {
             present
                 .machine
                 .propose_merge(of, skipped, &cancel)
-                .map_err(|error| Stop::inference("No merge could be proposed", &error))
+                .map_err(|error| Stop::inference("Cannot propose a merge", &error))
         });
         match outcome {
             Ok(proposal) => self.emit(Event::Proposed(proposal.map(Box::new))),

@@ -16,8 +16,8 @@ impl<M: Machine> Engine<M> {
     /// Whether there is a new shape; if not, all is as it was.
     pub(super) fn load(&mut self, source: &Source, sampling: SamplingOptions) -> bool {
         let what = match source {
-            Source::File(path) => format!("{} could not be opened", path.display()),
-            Source::BuiltIn => "The built-in shape could not be opened".to_owned(),
+            Source::File(path) => format!("Cannot open {}", path.display()),
+            Source::BuiltIn => "Cannot open the built-in shape".to_owned(),
         };
         let cancel = self.cancel.clone();
         let params = self.params;
@@ -39,14 +39,13 @@ impl<M: Machine> Engine<M> {
     /// Whether there are new samples; if not, all is as it was.
     pub(super) fn resample(&mut self, sampling: SamplingOptions) -> bool {
         let Some(present) = &self.present else {
-            self.fail("There is nothing to sample", "no shape is loaded; open one first");
+            self.fail("Nothing to sample", "no shape is loaded; open one first");
             return false;
         };
         let shape = Arc::clone(&present.shape.shape);
         let cancel = self.cancel.clone();
         let params = self.params;
-        let outcome =
-            guarded(|| sampled::<M>("The shape could not be sampled anew", shape, sampling, params, &cancel));
+        let outcome = guarded(|| sampled::<M>("Cannot resample the shape", shape, sampling, params, &cancel));
         self.take_in(outcome)
     }
 
@@ -133,7 +132,10 @@ fn taken<M: Machine>(
     let (mut shape, stored) = (result.shape, result.stored);
     let mut notes = stored.notes.clone();
     if is_lost {
-        notes.push("its labels are not those of the samples: each joined the nearest primitive".to_owned());
+        notes.push(
+            "its labels do not match the samples; each sample was assigned to the nearest primitive"
+                .to_owned(),
+        );
     }
     notes.append(&mut shape.notes);
     let shape = Arc::new(Shape { notes, ..shape });

@@ -59,7 +59,7 @@ impl<M: Machine> Renewal<M> {
 
     /// Samples, starts or makes one step; whether that was the last.
     fn advance(&mut self, cancel: &Cancel) -> Result<bool, Stop> {
-        const WHAT: &str = "The run could not be made anew";
+        const WHAT: &str = "Cannot repeat the run";
         let Setup { params, sampling } = self.setup;
         if cancel.is_requested() {
             return Err(Stop::Cancelled);

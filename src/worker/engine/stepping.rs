@@ -19,7 +19,7 @@ impl<M: Machine> Engine<M> {
     /// Back to the start of the run; whether it worked.
     pub(super) fn restart(&mut self) -> bool {
         let Some(present) = &self.present else {
-            self.fail("There is nothing to reset", "no shape is loaded; open one first");
+            self.fail("Nothing to reset", "no shape is loaded; open one first");
             return false;
         };
         let cancel = self.cancel.clone();
@@ -28,7 +28,7 @@ impl<M: Machine> Engine<M> {
             let machine = present
                 .machine
                 .restarted(params, &cancel)
-                .map_err(|error| Stop::inference("The run could not be started", &error))?;
+                .map_err(|error| Stop::inference("Cannot start the run", &error))?;
             let abstraction = machine.abstraction();
             Ok((machine, abstraction))
         });
@@ -85,7 +85,7 @@ impl<M: Machine> Engine<M> {
                 Work::MergeAll => machine.step_merge(&cancel).map(Step::Merged),
                 _ => machine.step(&cancel).map(Step::Iterated),
             }
-            .map_err(|error| Stop::inference("The step could not be made", &error))?;
+            .map_err(|error| Stop::inference("Cannot complete the step", &error))?;
             let abstraction = machine.abstraction();
             Ok((machine, abstraction, step))
         });
@@ -119,7 +119,7 @@ impl<M: Machine> Engine<M> {
                 self.emit_step(Cause::Step, occurrences);
                 let result = self.present.as_ref().filter(|_| is_finished).map(|p| p.abstraction.check());
                 if let Some(Err(error)) = result {
-                    self.fail("The run ended without a result", source::chain(&error));
+                    self.fail("The run finished without a result", source::chain(&error));
                 }
             }
             Step::Merged(reports) if !reports.is_empty() => {

@@ -1,4 +1,4 @@
-//! Formats that are known but not read, and what to do about them.
+//! Formats that are recognised but not supported, with advice.
 
 use std::io::Cursor;
 
@@ -19,47 +19,51 @@ pub(super) use endings::by_ending as foreign_ending;
 pub(super) fn foreign_binary(bytes: &[u8], ending: &str) -> Option<Known> {
     let magics: [(&[u8], &str, &str); 38] = [
         (b"ASTM-E57", "an E57 point cloud", CONVERT_CLOUD),
-        (b"livox_tech", "a recording of a Livox scanner", CONVERT_CLOUD),
+        (b"livox_tech", "a Livox scanner recording", CONVERT_CLOUD),
         (b"Kaydara FBX", "an FBX scene", CONVERT_MESH),
         (b"BLENDER", "a Blender scene", FROM_BLENDER),
         (b"PXR-USDC", "a USD scene", CONVERT_MESH),
         (b"Ogawa", "an Alembic scene", CONVERT_MESH),
-        (b"DRACO", "a mesh compressed with Draco", "export it without compression"),
-        (b"b3dm\x01\0\0\0", "a tile of 3D Tiles", CONVERT_MESH),
-        (b"i3dm\x01\0\0\0", "a tile of 3D Tiles", CONVERT_MESH),
-        (b"cmpt\x01\0\0\0", "a tile of 3D Tiles", CONVERT_MESH),
-        (b"pnts\x01\0\0\0", "a tile of 3D Tiles", CONVERT_CLOUD),
+        (b"DRACO", "a Draco-compressed mesh", "export it without compression"),
+        (b"b3dm\x01\0\0\0", "a 3D Tiles tile", CONVERT_MESH),
+        (b"i3dm\x01\0\0\0", "a 3D Tiles tile", CONVERT_MESH),
+        (b"cmpt\x01\0\0\0", "a 3D Tiles tile", CONVERT_MESH),
+        (b"pnts\x01\0\0\0", "a 3D Tiles tile", CONVERT_CLOUD),
         (b"xof ", "a DirectX mesh", CONVERT_MESH),
-        (b"3D Geometry File Format", "a Rhino model", "export a mesh of it (STL, OBJ) from Rhino"),
+        (b"3D Geometry File Format", "a Rhino model", "export it as a mesh (STL, OBJ) from Rhino"),
         (
             b"\xff\xfe\xff\x0eS\0k\0e\0t\0c\0h\0",
             "a SketchUp model",
-            "export a mesh of it (OBJ, STL) from SketchUp",
+            "export it as a mesh (OBJ, STL) from SketchUp",
         ),
         (b"AC10", "a DWG drawing", CONVERT_SOLID),
         (b"#ROSBAG", "a ROS bag", FROM_RECORDING),
         (b"\x89MCAP", "an MCAP recording", FROM_RECORDING),
-        (b"\xd4\xc3\xb2\xa1", "a recording of a network (PCAP)", FROM_RECORDING),
-        (b"\xa1\xb2\xc3\xd4", "a recording of a network (PCAP)", FROM_RECORDING),
-        (b"\x4d\x3c\xb2\xa1", "a recording of a network (PCAP)", FROM_RECORDING),
-        (b"\x0a\x0d\x0d\x0a", "a recording of a network (PCAP)", FROM_RECORDING),
+        (b"\xd4\xc3\xb2\xa1", "a network capture (PCAP)", FROM_RECORDING),
+        (b"\xa1\xb2\xc3\xd4", "a network capture (PCAP)", FROM_RECORDING),
+        (b"\x4d\x3c\xb2\xa1", "a network capture (PCAP)", FROM_RECORDING),
+        (b"\x0a\x0d\x0d\x0a", "a network capture (PCAP)", FROM_RECORDING),
         (b"MATLAB 5.0 MAT-file", "a MATLAB file", SAVE_ARRAY),
         (b"MATLAB 7.3 MAT-file", "a MATLAB file", SAVE_ARRAY),
         (b"PAR1", "a Parquet table", "save it as CSV"),
         (b"ARROW1", "an Arrow table", "save it as CSV"),
         (b"\0\0\x27\x0a", "a shapefile", CONVERT_MAP),
         (b" BDV", "an OpenVDB volume", CONVERT_MESH),
-        (b"NRRD000", "a volume (NRRD)", "export its surface as STL, with 3D Slicer, say"),
+        (b"NRRD000", "a volume (NRRD)", "export its surface as STL, for example with 3D Slicer"),
         (b"\x89PNG", "a picture", NO_SHAPE),
         (b"\xff\xd8\xff", "a picture", NO_SHAPE),
         (b"GIF8", "a picture", NO_SHAPE),
-        (b"II*\0", "a picture (TIFF)", "convert heights in it to XYZ text, with QGIS or GDAL, say"),
-        (b"MM\0*\0\0\0", "a picture (TIFF)", "convert heights in it to XYZ text, with QGIS or GDAL, say"),
+        (b"II*\0", "a picture (TIFF)", "convert its heights to XYZ text, for example with QGIS or GDAL"),
+        (
+            b"MM\0*\0\0\0",
+            "a picture (TIFF)",
+            "convert its heights to XYZ text, for example with QGIS or GDAL",
+        ),
         (b"v/1\x01", "a picture (EXR)", NO_SHAPE),
         (b"8BPS", "a picture", NO_SHAPE),
         (b"%PDF", "a PDF document", NO_SHAPE),
         (b"\x7fELF", "a program", NO_SHAPE),
-        (b"OggS", "a recording of sound", NO_SHAPE),
+        (b"OggS", "an audio file", NO_SHAPE),
     ];
     // How content is packed, whatever it is.
     let packings: [(&[u8], &str, &str); 15] = [
@@ -73,7 +77,7 @@ pub(super) fn foreign_binary(bytes: &[u8], ending: &str) -> Option<Known> {
         (b"Rar!", "a RAR archive", UNPACK),
         (b"\x89HDF", "an HDF5 file", SAVE_ARRAY),
         (b"SQLite format 3", "a database", NO_SHAPE),
-        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "a document of Microsoft Office or of a CAD program", NO_SHAPE),
+        (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "a Microsoft Office or CAD document", NO_SHAPE),
         (b"\x80\x02", "a Python pickle", SAVE_ARRAY),
         (b"\x80\x03", "a Python pickle", SAVE_ARRAY),
         (b"\x80\x04\x95", "a Python pickle", SAVE_ARRAY),
@@ -126,7 +130,7 @@ fn in_archive(bytes: &[u8]) -> Option<Known> {
     } else if ends("mimetype") && ends("content.xml") {
         ("an OpenDocument file", SAVE_TABLE)
     } else if ends(".kml") {
-        ("a KMZ map", "unpack it; a model in it is COLLADA: convert that to OBJ, PLY, STL or glTF")
+        ("a KMZ map", "extract it and convert the COLLADA model inside to OBJ, PLY, STL or glTF")
     } else if ends("document.xml") && (ends("guidocument.xml") || ends(".brp")) {
         ("a FreeCAD document", CONVERT_SOLID)
     } else if starts("meta-inf/manifest.mf") {
@@ -145,12 +149,12 @@ pub(super) fn foreign_text(text: &str) -> Option<Known> {
         ("#VRML", "a VRML scene", CONVERT_MESH),
         ("#X3D", "an X3D scene", CONVERT_MESH),
         ("#usda", "a USD scene", CONVERT_MESH),
-        ("# Octomap", "an OctoMap", "export a cloud from it, as PCD, say"),
+        ("# Octomap", "an OctoMap", "export a cloud from it, for example as PCD"),
         ("#?RADIANCE", "a picture", NO_SHAPE),
         ("; FBX", "an FBX scene", CONVERT_MESH),
         ("//Maya ASCII", "a Maya scene", "export it from Maya as OBJ, STL or glTF"),
-        ("newmtl ", "a material library (MTL)", "open the OBJ file that it belongs to"),
-        ("# Blender MTL", "a material library (MTL)", "open the OBJ file that it belongs to"),
+        ("newmtl ", "a material library (MTL)", "open the OBJ file it belongs to"),
+        ("# Blender MTL", "a material library (MTL)", "open the OBJ file it belongs to"),
         ("ISO-10303-21", "a STEP model", CONVERT_SOLID),
         ("DBRep_DrawableShape", "a BREP model", CONVERT_SOLID),
         ("CASCADE Topology", "a BREP model", CONVERT_SOLID),
@@ -160,8 +164,8 @@ pub(super) fn foreign_text(text: &str) -> Option<Known> {
         ("*HEADING", "an Abaqus model", CONVERT_MESH),
         ("*Heading", "an Abaqus model", CONVERT_MESH),
         ("*KEYWORD", "an LS-DYNA model", CONVERT_MESH),
-        ("ncols ", "a grid of heights", "convert it to XYZ text, with QGIS, say"),
-        ("DSAA", "a grid of heights", "convert it to XYZ text, with QGIS, say"),
+        ("ncols ", "a height grid", "convert it to XYZ text, for example with QGIS"),
+        ("DSAA", "a height grid", "convert it to XYZ text, for example with QGIS"),
         ("%!PS", "a PostScript document", NO_SHAPE),
         ("{\\rtf", "a text document", NO_SHAPE),
     ];
@@ -194,7 +198,7 @@ fn xml(start: &str) -> Option<Known> {
         ("<model unit", "a 3MF model", CONVERT_MESH),
         ("<kml", "a KML map", CONVERT_MAP),
         ("<gpx", "a GPX track", CONVERT_MAP),
-        ("<osm", "a map of OpenStreetMap", CONVERT_MAP),
+        ("<osm", "an OpenStreetMap map", CONVERT_MAP),
         ("citymodel", "a CityGML model", CONVERT_MESH),
         ("<ifcxml", "an IFC building model", CONVERT_MESH),
         ("<robot", "a URDF robot", OPEN_MESHES),
@@ -226,7 +230,7 @@ pub(super) fn foreign_json(text: &str) -> Option<Known> {
         } else if has("CityJSON") {
             ("a CityJSON model", CONVERT_MESH)
         } else if has("BufferGeometry") || has("Object3D") {
-            ("a three.js scene in JSON", CONVERT_MESH)
+            ("a three.js JSON scene", CONVERT_MESH)
         } else {
             ("a JSON file", SAVE_ARRAY)
         });

@@ -29,7 +29,7 @@ impl Component {
             5125 => Self::U32,
             5126 => Self::F32,
             other => {
-                return Err(Fault::whole(format!("it has numbers of the unknown type {other}")));
+                return Err(Fault::whole(format!("unknown number type {other}")));
             }
         })
     }
@@ -112,7 +112,7 @@ impl<'a> Data<'a> {
         };
         if width < N {
             let other = shortened(&about.kind, 24);
-            let problem = format!("accessor {accessor} holds {other} where it should hold VEC{N}");
+            let problem = format!("accessor {accessor} contains {other} instead of VEC{N}");
             return Err(Fault::whole(problem));
         }
         self.numbers(accessor, about, width)
@@ -134,7 +134,7 @@ impl<'a> Data<'a> {
     pub(super) fn indices(&self, accessor: usize) -> Result<Vec<usize>, Fault> {
         let about = entry(&self.root.accessors, accessor, "accessor")?;
         if about.kind != "SCALAR" || about.component_type == 5126 {
-            let problem = format!("accessor {accessor} should hold indices, but doesn't");
+            let problem = format!("accessor {accessor} should contain indices, but does not");
             return Err(Fault::whole(problem));
         }
         let numbers: Vec<[f64; 1]> = self.numbers(accessor, about, 1)?;
@@ -158,7 +158,7 @@ impl<'a> Data<'a> {
                 // A file could ask for any number of zeros.
                 if about.count > self.bytes() {
                     let count = about.count;
-                    let problem = format!("accessor {index} announces {count} elements that are not there");
+                    let problem = format!("accessor {index} declares {count} elements that are missing");
                     return Err(Fault::whole(problem));
                 }
                 vec![[0.0; N]; about.count]
@@ -200,7 +200,7 @@ impl<'a> Data<'a> {
         let bytes = bytes.and_then(|view| view.get(offset..)).ok_or_else(|| {
             let (end, there) = (about.byte_offset.saturating_add(about.byte_length), buffer.len());
             Fault::whole(format!(
-                "buffer {} should have at least {end} bytes, but has {there}; the file may have been cut short",
+                "buffer {} should have at least {end} bytes, but has {there}; the file may be truncated",
                 about.buffer
             ))
         })?;
@@ -210,7 +210,8 @@ impl<'a> Data<'a> {
         let room = if bytes.len() < element { 0 } else { (bytes.len() - element) / stride + 1 };
         if count > room || stride < component.size() {
             return Err(Fault::whole(format!(
-                "buffer view {view} has room for {room} elements, but {count} are announced; the file may have been cut short"
+                "buffer view {view} has room for {room} elements, but {count} are declared; the file may be \
+                 truncated"
             )));
         }
         let number = |i: usize, k: usize| component.value(&bytes[i * stride + k * component.size()..]);

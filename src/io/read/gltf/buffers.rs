@@ -18,7 +18,7 @@ pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
     };
     if let Some(version) = word(4).filter(|v| *v != 2) {
         let problem =
-            format!("it is binary glTF {version}, and only glTF 2 can be read; export the shape again");
+            format!("it is binary glTF {version}, but only glTF 2 is supported; export the shape again");
         return Err(Fault::at_byte(4, problem));
     }
     let (mut at, mut json, mut binary) = (12, None, None);
@@ -28,7 +28,7 @@ pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
             if json.is_some() {
                 break;
             }
-            return Err(Fault::at_byte(at, "its JSON part is missing; the file may have been cut short"));
+            return Err(Fault::at_byte(at, "its JSON part is missing; the file may be truncated"));
         };
         let start = at + 8;
         let rest = bytes.get(start..).unwrap_or_default();
@@ -38,7 +38,8 @@ pub(super) fn chunks(bytes: &[u8]) -> Result<(&[u8], Option<&[u8]>), Fault> {
         if !is_whole {
             let there = rest.len();
             let problem = format!(
-                "a part of {length} bytes begins here, but there are {there}; the file was cut short: copy or export it again"
+                "a part of {length} bytes starts here, but there are {there}; the file is truncated: copy \
+                 or export it again"
             );
             return Err(Fault::at_byte(at, problem));
         }
@@ -82,21 +83,24 @@ pub(super) fn load<'a>(
         let is_base64 =
             about.rsplit(';').next().is_some_and(|last| last.trim().eq_ignore_ascii_case("base64"));
         let decoded = if is_base64 { base64(&data) } else { Some(data).filter(|_| !about.is_empty()) };
-        let problem = || Fault::whole(format!("buffer {index} is no base64 data; export the shape again"));
+        let problem =
+            || Fault::whole(format!("buffer {index} is not valid base64 data; export the shape again"));
         return decoded.map(Cow::Owned).ok_or_else(problem);
     }
     let names = names_of(uri);
     if uri.contains("://") || names[0].is_absolute() {
-        let problem =
-            format!("its buffer {} lies elsewhere; save it beside the file or embed it", quoted(uri));
+        let problem = format!(
+            "its buffer {} is in a different location; save it next to the file or embed it",
+            quoted(uri)
+        );
         return Err(Fault::whole(problem));
     }
     let Some(folder) = folder else {
-        let problem = format!("its buffer {} is a file of its own; embed it", quoted(uri));
+        let problem = format!("its buffer {} is a separate file; embed it", quoted(uri));
         return Err(Fault::whole(problem));
     };
     let name = names.iter().find(|name| folder.join(name).is_file()).unwrap_or(&names[0]);
-    let problem = |e| Fault::whole(format!("it needs a second file, its buffer: {e}"));
+    let problem = |e| Fault::whole(format!("its buffer is a second file that cannot be read: {e}"));
     content(&folder.join(name)).map(Cow::Owned).map_err(problem)
 }
 

@@ -54,7 +54,7 @@ pub(super) fn is_compression(name: &str) -> bool {
 
 pub(super) fn compressed(name: &str) -> Fault {
     Fault::whole(format!(
-        "its meshes are compressed ({name}), which can't be read; export it without compression"
+        "its meshes are compressed ({name}), which is not supported; export it without compression"
     ))
 }
 
@@ -73,7 +73,7 @@ pub(super) fn check(required: &[String]) -> Result<(), Fault> {
         return Ok(());
     }
     Err(Fault::whole(format!(
-        "it requires the {it} {}, which can't be read; export it without {them}",
+        "it requires the {it} {}, which cannot be read; export it without {them}",
         unknown.join(", ")
     )))
 }

@@ -35,7 +35,7 @@ impl Bytes<'_> {
             .and_then(|end| self.0.get(at..end))
             .and_then(|bytes| bytes.try_into().ok())
             .ok_or_else(|| {
-                Fault::at_byte(self.0.len(), "the file ends here, but more is announced; it was cut short")
+                Fault::at_byte(self.0.len(), "the file ends here, but more data is declared; it is truncated")
             })
     }
 
@@ -57,7 +57,7 @@ impl Header {
         let file = Bytes(bytes);
         let [major, minor] = file.get(24)?;
         if major != 1 || minor > 4 {
-            let problem = format!("it is LAS {major}.{minor}, and only 1.0 to 1.4 can be read; convert it");
+            let problem = format!("it is LAS {major}.{minor}, but only 1.0 to 1.4 are supported; convert it");
             return Err(Fault::at_byte(24, problem));
         }
         let size = usize::from(file.u16(94)?);
@@ -65,30 +65,29 @@ impl Header {
         let records = file.u32(100)?;
         let least = if minor == 4 { 375 } else { SHORTEST };
         if size < least || size > bytes.len() {
-            let problem =
-                format!("the header claims {size} bytes; it needs {least}, and the file has {}", bytes.len());
+            let problem = format!(
+                "the header declares {size} bytes; it needs {least}, and the file has {}",
+                bytes.len()
+            );
             return Err(Fault::at_byte(94, problem));
         }
         if offset < size || offset >= bytes.len() {
             let problem = format!(
-                "the points should begin at byte {offset}, but the file has {}; it may have been cut short",
+                "the points should start at byte {offset}, but the file has {} bytes; it may be truncated",
                 bytes.len()
             );
             return Err(Fault::at_byte(96, problem));
         }
         if u64::from(records) * VLR as u64 > (offset - size) as u64 {
             let problem =
-                format!("{records} records are announced before the points, but there is no room for them");
+                format!("{records} records are declared before the points, but there is no room for them");
             return Err(Fault::at_byte(100, problem));
         }
         let [format] = file.get(104)?;
         let record = file.u16(105)?;
         let needed = RECORDS.get(usize::from(format & 0x3f));
         let Some(needed) = needed else {
-            return Err(Fault::at_byte(
-                104,
-                format!("point format {} is not known; convert it", format & 0x3f),
-            ));
+            return Err(Fault::at_byte(104, format!("unknown point format {}; convert it", format & 0x3f)));
         };
         if record < *needed {
             let problem = format!("a point of format {} needs {needed} bytes, not {record}", format & 0x3f);
@@ -128,10 +127,7 @@ impl Header {
         let compressor = file.u16(about)?;
         let number_of_items = file.u16(about + 32)?;
         if !(1..=3).contains(&compressor) || number_of_items == 0 || number_of_items > 32 {
-            return fault(
-                about,
-                "the way of compression is not known; convert the file with LAStools".to_owned(),
-            );
+            return fault(about, "unknown compression; convert the file with LAStools".to_owned());
         }
         let (mut sum, mut layers) = (0u32, 0u64);
         for i in 0..usize::from(number_of_items) {
@@ -148,7 +144,7 @@ impl Header {
                 11 => (6, 1, true),
                 12 => (8, 2, true),
                 14 => (0, u64::from(size), true),
-                _ => return fault(at, format!("compressed parts of kind {kind} are not known")),
+                _ => return fault(at, format!("unknown compressed parts of type {kind}")),
             };
             let goes_first = matches!(kind, 6 | 10);
             if (needed != 0 && size != needed)
@@ -157,17 +153,14 @@ impl Header {
                 || in_layers != (compressor == 3)
                 || goes_first != (i == 0)
             {
-                return fault(
-                    at,
-                    format!("a compressed part of kind {kind} and {size} bytes has no place here"),
-                );
+                return fault(at, format!("unexpected compressed part of type {kind} with {size} bytes"));
             }
             sum += u32::from(size);
             layers += parts;
         }
         if sum != u32::from(self.record) {
             let problem =
-                format!("the compressed parts of a point have {sum} bytes together, not {}", self.record);
+                format!("the compressed parts of a point have {sum} bytes in total, not {}", self.record);
             return fault(about + 32, problem);
         }
         self.check_chunk_table(file, compressor)?;
@@ -182,7 +175,7 @@ impl Header {
             let (id, length) = (file.u16(at + 18)?, usize::from(file.u16(at + 20)?));
             let content = at + VLR;
             if content + length > self.offset {
-                let problem = format!("a record of {length} bytes does not fit in before the points");
+                let problem = format!("a record of {length} bytes does not fit before the points");
                 return Err(Fault::at_byte(at + 20, problem));
             }
             if id == 22204 && user.starts_with(b"laszip encoded") {
@@ -195,7 +188,7 @@ impl Header {
         }
         Err(Fault::at_byte(
             self.size,
-            "the points are compressed, but no record tells how; export the scan again",
+            "the points are compressed, but the record that describes how is missing; export the scan again",
         ))
     }
 
@@ -209,16 +202,15 @@ impl Header {
             table = file.u64(file.0.len().saturating_sub(8))?;
         }
         let Some(at) = usize::try_from(table).ok().filter(|at| at.saturating_add(8) <= file.0.len()) else {
-            let problem = format!(
-                "the table of chunks should be at byte {table}, beyond the end; the file was cut short"
-            );
+            let problem =
+                format!("the chunk table should be at byte {table}, beyond the end; the file is truncated");
             return Err(Fault::at_byte(self.offset, problem));
         };
         let chunks = file.u32(at + 4)?;
         if u64::from(chunks) > self.points || chunks as usize > file.0.len() {
             return Err(Fault::at_byte(
                 at + 4,
-                format!("{chunks} chunks are announced for {} points", self.points),
+                format!("{chunks} chunks are declared for {} points", self.points),
             ));
         }
         Ok(())
@@ -239,7 +231,8 @@ impl Header {
             }
             if end > file.0.len() as u64 || count == 0 {
                 let problem = format!(
-                    "a chunk of {count} points should end at byte {end}, but the file has {}; it was cut short",
+                    "a chunk of {count} points should end at byte {end}, but the file has {} bytes; it is \
+                     truncated",
                     file.0.len()
                 );
                 return Err(Fault::at_byte(count_at, problem));

@@ -55,14 +55,10 @@ const MOST: usize = 1 << 12;
 type Zip<'a> = ZipArchive<Cursor<&'a [u8]>>;
 
 pub(in crate::io::read) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
-    let mut zip = ZipArchive::new(Cursor::new(bytes)).map_err(|e| {
-        Fault::whole(format!("the archive can't be opened ({e}); it may have been cut short"))
-    })?;
+    let mut zip = ZipArchive::new(Cursor::new(bytes))
+        .map_err(|e| Fault::whole(format!("the archive cannot be opened ({e}); it may be truncated")))?;
     if zip.len() > MOST {
-        return Err(Fault::whole(format!(
-            "the archive has {} members, more than the {MOST} that are read",
-            zip.len()
-        )));
+        return Err(Fault::whole(format!("the archive has {} members; the limit is {MOST}", zip.len())));
     }
     let mut arrays: Vec<(String, Header)> = Vec::new();
     let mut members = Vec::new();
@@ -104,14 +100,14 @@ pub(in crate::io::read) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
             return Err(fault);
         }
         return Err(Fault::whole(format!(
-            "it is not clear which array holds the points: there are {}; name one “points” (N×3)",
+            "it is not clear which array contains the points: there are {}; name one of them “points” (N×3)",
             listed(&arrays)
         )));
     };
     let mut load = |i: usize| load(&mut zip, members[i], &arrays[i], bytes.len());
     let mut raw = load(points)?.cloud().map_err(|fault| in_array(&arrays[points].0, fault))?;
     let count = raw.points.len();
-    raw.notes.push(format!("points are the array “{}”", arrays[points].0));
+    raw.notes.push(format!("points were read from the array “{}”", arrays[points].0));
     // As many as there are points, or spread over the same sides.
     let about = &arrays[points].1;
     let sides = if about.is_structured { &about.shape[..] } else { &about.shape[..about.shape.len() - 1] };
@@ -173,14 +169,14 @@ fn load(
     let most = most_unpacked(whole);
     if header.size > most {
         let problem = format!(
-            "{} are announced, {} bytes, more than the {most} that an archive of this size may hold",
+            "{} are declared, {} bytes, more than the {most} that an archive of this size can contain",
             shown(&header.shape),
             header.size
         );
         return Err(in_array(name, Fault::whole(problem)));
     }
     let damaged =
-        |e: &dyn std::fmt::Display| in_array(name, Fault::whole(format!("it can't be unpacked: {e}")));
+        |e: &dyn std::fmt::Display| in_array(name, Fault::whole(format!("it cannot be decompressed: {e}")));
     let mut member = zip.by_index(i).map_err(|e| damaged(&e))?;
     let mut body = Vec::new();
     let wanted = header.length as u64 + header.size;
@@ -188,7 +184,7 @@ fn load(
     (&mut member).take(wanted + 1).read_to_end(&mut body).map_err(|e| damaged(&e))?;
     if (body.len() as u64) < wanted {
         let there = counted(body.len().saturating_sub(header.length), "byte", "bytes");
-        let problem = format!("{} are announced, but there are {there}", shown(&header.shape));
+        let problem = format!("{} are declared, but there are {there}", shown(&header.shape));
         return Err(in_array(name, Fault::whole(problem)));
     }
     body.drain(..header.length);

@@ -28,15 +28,15 @@ pub(super) fn points_of_one_shape(
         return all;
     }
     notes.push(format!(
-        "the array is {shown}, {} of {points} points: only the first was taken; \
-         to open another, save it by itself, as with np.save(\"shape1.npy\", array[1])",
+        "the array is {shown}, {} of {points} points: only the first was read. To open another, save it \
+         separately, for example with np.save(\"shape1.npy\", array[1])",
         counted(shapes, "shape", "shapes")
     ));
     points
 }
 
 pub(super) fn taken_as_one(shown: &str, points: usize) -> String {
-    format!("the array is {shown}: taken as one cloud of {points} points")
+    format!("the array is {shown}: read as one cloud of {points} points")
 }
 
 /// Whether a grid of points is a scan, as of a depth camera: what lies side by

@@ -53,7 +53,7 @@ struct Words {
 impl Words {
     fn number<T: std::str::FromStr>(&self, i: usize, what: &str) -> Result<T, Fault> {
         let word = self.words.get(i).map_or("", String::as_str);
-        word.parse().map_err(|_| Fault::at_line(self.line, format!("{} is no {what}", quoted(word))))
+        word.parse().map_err(|_| Fault::at_line(self.line, format!("{} is not a {what}", quoted(word))))
     }
 }
 
@@ -66,7 +66,7 @@ impl Header {
             line_number += 1;
             let rest = &bytes[at.min(bytes.len())..bytes.len().min(LONGEST)];
             if rest.is_empty() {
-                return Err(Fault::at_line(line_number, "the header has no end (a line DATA)"));
+                return Err(Fault::at_line(line_number, "the header has no end (a DATA line)"));
             }
             let end = rest.iter().position(|b| *b == b'\n' || *b == b'\r');
             let line = String::from_utf8_lossy(&rest[..end.unwrap_or(rest.len())]);
@@ -92,14 +92,16 @@ impl Header {
                         "binary" => Data::Binary,
                         "binary_compressed" => Data::Compressed,
                         _ => {
-                            let problem =
-                                format!("{} is none of ascii, binary and binary_compressed", quoted(&kind));
+                            let problem = format!(
+                                "{} is not one of ascii, binary and binary_compressed",
+                                quoted(&kind)
+                            );
                             return Err(Fault::at_line(line_number, problem));
                         }
                     };
                 }
                 _ => {
-                    let problem = format!("{} has no place in a PCD header", quoted(line.trim()));
+                    let problem = format!("unexpected {} in a PCD header", quoted(line.trim()));
                     return Err(Fault::at_line(line_number, problem));
                 }
             }
@@ -108,17 +110,17 @@ impl Header {
         let record = columns.last().map_or(0, |c| c.field_offset + c.field_size) as u64;
         let grid = width.zip(height.or(Some(1))).and_then(|(w, h)| w.checked_mul(h));
         let (points, line) = points.or(grid.map(|n| (n, line_number))).ok_or_else(|| {
-            Fault::at_line(line_number, "the header tells no number of points (POINTS, or WIDTH and HEIGHT)")
+            Fault::at_line(line_number, "the header has no number of points (POINTS, or WIDTH and HEIGHT)")
         })?;
         if points.checked_mul(record).is_none() {
             return Err(Fault::at_line(
                 line,
-                format!("{points} points are announced, more than any file holds"),
+                format!("{points} points are declared, more than any file can contain"),
             ));
         }
         let mut notes = Vec::new();
         if let Some(grid) = grid.filter(|n| *n != points) {
-            notes.push(format!("WIDTH times HEIGHT is {grid}, but POINTS is {points}: the latter was taken"));
+            notes.push(format!("WIDTH times HEIGHT is {grid}, but POINTS is {points}; POINTS was used"));
         }
         let (length, lines) = (at, line_number);
         Ok(Self { columns, data, points, record, length, lines, fields_line: fields.line, notes })
@@ -133,7 +135,7 @@ fn columns(
 ) -> Result<Vec<Column>, Fault> {
     let expected = fields.words.len();
     if expected == 0 {
-        return Err(Fault::whole("its header names no fields (a line FIELDS)"));
+        return Err(Fault::whole("its header has no fields (a FIELDS line)"));
     }
     for (words, key) in [(Some(sizes), "SIZE"), (Some(types), "TYPE"), (counts, "COUNT")] {
         if let Some(words) = words.filter(|w| w.words.len() != expected) {
@@ -158,7 +160,7 @@ fn columns(
             ("F" | "f", 4) => Scalar::F32,
             ("F" | "f", 8) => Scalar::F64,
             _ => {
-                let problem = format!("there are no numbers of type {} and size {size}", quoted(kind));
+                let problem = format!("unknown number type {} of size {size}", quoted(kind));
                 return Err(Fault::at_line(types.line, problem));
             }
         };

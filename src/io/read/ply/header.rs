@@ -134,14 +134,14 @@ impl Header {
                         .ok_or_else(|| fault(format!("{} is not a property", quoted(line.trim()))))?;
                     let element = elements
                         .last_mut()
-                        .ok_or_else(|| fault("a property stands before the first element".to_owned()))?;
+                        .ok_or_else(|| fault("a property comes before the first element".to_owned()))?;
                     element.properties.push(property);
                 }
                 ["end_header"] => return Self::finish(encoding, elements, at, line_number),
                 _ if !has_begun => {
-                    return Err(fault("a PLY file starts with a line “ply”".to_owned()));
+                    return Err(fault("a PLY file starts with the line “ply”".to_owned()));
                 }
-                _ => return Err(fault(format!("{} has no place in a header", quoted(line.trim())))),
+                _ => return Err(fault(format!("unexpected {} in the header", quoted(line.trim())))),
             }
         }
         Err(Fault::whole("the header has no end (end_header)"))
@@ -153,7 +153,7 @@ impl Header {
         length: usize,
         lines: usize,
     ) -> Result<Self, Fault> {
-        let encoding = encoding.ok_or_else(|| Fault::whole("its header names no format"))?;
+        let encoding = encoding.ok_or_else(|| Fault::whole("its header has no format"))?;
         Ok(Self { encoding, elements, length, lines })
     }
 }

@@ -32,7 +32,7 @@ fn length(count: f64) -> Result<u64, String> {
     if count >= 0.0 && count.fract() == 0.0 {
         Ok(count as u64)
     } else {
-        Err(format!("{count} is not the length of a list, which is a whole number"))
+        Err(format!("{count} is not a valid list length; expected a whole number"))
     }
 }
 
@@ -103,8 +103,8 @@ impl<'a> AsciiValues<'a> {
         let ignores_lines = self.ignores_lines;
         let Some(token) = self.token() else {
             let problem = match ignores_lines {
-                true => "the file ends in the middle of its data; it may have been cut short",
-                false => "the line holds fewer values than the header announces",
+                true => "the file ends in the middle of its data; it may be truncated",
+                false => "the line has fewer values than the header declares",
             };
             return Err(self.fault(problem.to_owned()));
         };
@@ -130,7 +130,7 @@ impl Values for AsciiValues<'_> {
             return Ok(());
         }
         Err(self.fault(format!(
-            "the file ends before the last of {} elements “{}”; it may have been cut short",
+            "the file ends before the last of {} elements “{}”; it may be truncated",
             element.count, element.name
         )))
     }
@@ -156,8 +156,9 @@ impl Values for AsciiValues<'_> {
     fn end(&mut self) -> Option<String> {
         self.finish_line();
         let (lines, first) = self.surplus;
-        let holds = counted(lines, "line holds", "lines hold");
-        let note = format!("{holds} more values than the header announces, from line {first} on: left out");
+        let holds = counted(lines, "line has", "lines have");
+        let note =
+            format!("{holds} more values than the header declares, from line {first} on; they were ignored");
         (lines > 0).then_some(note)
     }
 
@@ -188,7 +189,7 @@ impl<'a> BinaryValues<'a> {
             }
             None => Err(Fault::at_byte(
                 self.bytes.len(),
-                "the file ends in the middle of its data; it may have been cut short",
+                "the file ends in the middle of its data; it may be truncated",
             )),
         }
     }
