@@ -452,6 +452,8 @@ pub(super) fn size(primitives: u64, options: &ExportOptions) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use nalgebra::Point3;
+
     use super::*;
 
     fn shape(eps: [f64; 2], axes: [f64; 3], taper: [f64; 2]) -> Superquadric {
