@@ -32,7 +32,7 @@ pub use shape::{Attributes, Content, PointCloud, Shape, ShapeGeometry, reference
 pub use wording::{cause, harmless, on_reading, on_writing};
 pub use write::{
     AnimationFormat, AnimationWriter, Choice, ExportOptions, Exported, Format, Kind, LARGEST_GIF, Outcome,
-    PhaseTimes, RunRecord, estimated_size, export, export_all, export_primitives, is_standard_output,
-    is_written_through, move_whole, outputs, primitives_text, print, run_outputs, write_picture,
-    write_primitives_json, write_report_json, write_run, write_segmented_ply, write_streamed, write_whole,
+    PhaseTimes, RunRecord, estimated_size, export, export_primitives, is_standard_output, is_written_through,
+    move_whole, outputs, primitives_text, print, run_outputs, write_picture, write_run, write_streamed,
+    write_whole,
 };

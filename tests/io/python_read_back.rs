@@ -148,16 +148,26 @@ impl Case {
                 format!("{stem}.{}", format.ending())
             });
             let names: Vec<String> = names.collect();
-            let written = io::export_all(&folder.join(inner), &names, &options, &outcome).unwrap();
-            assert!(written.files.len() >= names.len());
+            let written = write_all(&folder.join(inner), &names, &options, &outcome);
+            assert!(written >= names.len());
         }
         let doubles = ExportOptions { doubles: true, ..options };
         io::export(&folder.join("doubles.pcd"), Format::CloudPcd, &doubles, &outcome).unwrap();
         let scaled = ExportOptions { scale: SCALE, ..options };
         let robots = ["robot.urdf", "robot.xml"].map(str::to_owned);
-        io::export_all(&folder.join("scaled"), &robots, &scaled, &outcome).unwrap();
+        write_all(&folder.join("scaled"), &robots, &scaled, &outcome);
         fs::write(folder.join("reference.json"), self.reference(&colors).to_string()).unwrap();
     }
+}
+
+/// Writes files in the formats that their names tell; how many files that are.
+fn write_all(folder: &Path, names: &[String], options: &ExportOptions, outcome: &Outcome<'_>) -> usize {
+    fs::create_dir_all(folder).unwrap();
+    let write = |name: &String| {
+        let format = Format::from_path(Path::new(name), None).unwrap();
+        io::export(&folder.join(name), format, options, outcome).unwrap().files.len()
+    };
+    names.iter().map(write).sum()
 }
 
 /// A cloud with everything that a file may say of its points, one of them

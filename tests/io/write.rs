@@ -12,7 +12,9 @@ use ply_rs_bw::ply::{DefaultElement, Property};
 use superform::geometry::Superquadric;
 use superform::geometry::palette::{UNASSIGNED_COLOR, color_of};
 use superform::inference::{MergeReason, MergeReport, UNASSIGNED};
-use superform::io::{self, Outcome, PhaseTimes, RunRecord, Shape};
+use superform::io::{
+    self, ExportOptions, Exported, Format, Outcome, PhaseTimes, RunRecord, Shape, WriteError,
+};
 
 /// Points dealt to two primitives in turn, every third to none.
 fn run_on(shape: Shape, points: usize) -> Run {
@@ -38,12 +40,16 @@ fn cloud_run() -> Run {
     run_on(read_as("grid.xyz", text).unwrap(), 12)
 }
 
+fn write(path: &Path, format: Format, outcome: &Outcome<'_>) -> Result<Exported, WriteError> {
+    io::export(path, format, &ExportOptions::default(), outcome)
+}
+
 #[test]
 fn the_segmented_cloud_holds_every_input_point_in_order() {
     let run = cloud_run();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("segmented.ply");
-    io::write_segmented_ply(&path, &run.outcome()).unwrap();
+    write(&path, Format::CloudPly, &run.outcome()).unwrap();
     assert_eq!(names(folder.path()), ["segmented.ply"]);
 
     let mut file = fs::File::open(&path).unwrap();
@@ -79,7 +85,7 @@ fn for_a_mesh_the_samples_are_the_segmented_cloud() {
     let run = run_on(io::built_in().unwrap(), 200);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("segmented.ply");
-    io::write_segmented_ply(&path, &run.outcome()).unwrap();
+    write(&path, Format::CloudPly, &run.outcome()).unwrap();
     assert_eq!(cloud(io::read(&path).unwrap()).0, run.cloud.points);
 }
 
@@ -88,7 +94,7 @@ fn primitives_come_back_to_the_last_bit() {
     let run = cloud_run();
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("primitives.json");
-    io::write_primitives_json(&path, &run.outcome()).unwrap();
+    write(&path, Format::PrimitivesJson, &run.outcome()).unwrap();
     let json: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
     assert_eq!(json["format"], "superform-primitives");
     assert_eq!(json["version"], 1);
@@ -115,7 +121,7 @@ fn primitives_come_back_to_the_last_bit() {
         assert_eq!([rows[0][0], rows[1][0], rows[2][0]], [x.x, x.y, x.z]);
     }
     let first = fs::read(&path).unwrap();
-    io::write_primitives_json(&path, &run.outcome()).unwrap();
+    write(&path, Format::PrimitivesJson, &run.outcome()).unwrap();
     assert_eq!(first, fs::read(&path).unwrap(), "the same run gives the same bytes");
 }
 
@@ -130,7 +136,7 @@ fn the_report_tells_how_the_run_went() {
     };
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("report.json");
-    io::write_report_json(&path, &run.outcome(), &record).unwrap();
+    io::write_run(folder.path(), &[], &run.outcome(), &record).unwrap();
     let json: serde_json::Value = serde_json::from_slice(&fs::read(&path).unwrap()).unwrap();
     assert_eq!(json["input"]["name"], "grid.xyz");
     assert_eq!(json["input"]["kind"], "cloud");
@@ -193,7 +199,7 @@ fn labels_of_another_cloud_are_refused() {
     let outcome = Outcome { cloud: &other.cloud, abstraction: &other.abstraction, ..run.outcome() };
     let folder = tempfile::tempdir().unwrap();
     // For a mesh the samples are the cloud; here they are short of the map's 40.
-    assert!(io::write_segmented_ply(&folder.path().join("a.ply"), &outcome).is_err());
+    assert!(write(&folder.path().join("a.ply"), Format::CloudPly, &outcome).is_err());
     assert!(names(folder.path()).is_empty());
 }
 
@@ -205,7 +211,7 @@ fn results_can_be_read_by_whom_the_umask_lets() {
     let plain = folder.path().join("plain");
     fs::write(&plain, "").unwrap();
     let path = folder.path().join("a.ply");
-    io::write_segmented_ply(&path, &cloud_run().outcome()).unwrap();
+    write(&path, Format::CloudPly, &cloud_run().outcome()).unwrap();
     let mode = |p: &Path| fs::metadata(p).unwrap().permissions().mode();
     assert_eq!(mode(&path), mode(&plain));
 }
@@ -216,7 +222,7 @@ fn points_at_any_scale_survive_the_round_trip() {
     let run = run_on(read_as("odd.xyz", text).unwrap(), 10);
     let folder = tempfile::tempdir().unwrap();
     let path = folder.path().join("a.ply");
-    io::write_segmented_ply(&path, &run.outcome()).unwrap();
+    write(&path, Format::CloudPly, &run.outcome()).unwrap();
     let (points, _) = cloud(io::read(&path).unwrap());
     assert_eq!(points[0], Point3::new(1e-300, -1e300, 0.1));
     assert_eq!(points, cloud(run.shape).0);

@@ -10,7 +10,7 @@ use nalgebra::{Rotation3, Vector3};
 use superform::geometry::Superquadric;
 use superform::geometry::palette::Colors;
 use superform::inference::UNASSIGNED;
-use superform::io::{self, ExportOptions, Format, Kind, Shape};
+use superform::io::{self, ExportOptions, Format, Kind, Opened, RunRecord, Shape};
 
 /// Samples dealt to three primitives and none in turn.
 fn run_on(shape: Shape, points: usize) -> Run {
@@ -151,13 +151,40 @@ fn several_exports_are_written_together_or_not_at_all() {
     let run = cloud_run();
     let folder = tempfile::tempdir().unwrap();
     let out = folder.path().join("new/out");
-    let options = ExportOptions::default();
-    let files = |list: &[&str]| list.iter().map(|n| (*n).to_owned()).collect::<Vec<_>>();
-    let problem = io::export_all(&out, &files(&["a.csv", "b.docx"]), &options, &run.outcome()).unwrap_err();
+    let write = |list: &[&str]| {
+        let list: Vec<String> = list.iter().map(|n| (*n).to_owned()).collect();
+        io::write_run(&out, &list, &run.outcome(), &RunRecord::default())
+    };
+    let problem = write(&["a.csv", "b.docx"]).unwrap_err();
     assert!(problem.to_string().contains("b.docx"), "{problem}");
     assert!(names(folder.path()).is_empty());
-    let list = files(&["segmented.npz", "primitives.npz", "p.csv"]);
-    let written = io::export_all(&out, &list, &options, &run.outcome()).unwrap();
-    assert_eq!(written.files, list.iter().map(|n| out.join(n)).collect::<Vec<_>>());
-    assert_eq!(names(&out), ["p.csv", "primitives.npz", "segmented.npz"]);
+    let list = ["segmented.npz", "primitives.npz", "p.csv"];
+    let written = write(&list).unwrap();
+    assert_eq!(written.files[3..], list.map(|n| out.join(n)));
+    assert_eq!(names(&out).len(), 6);
+}
+
+#[test]
+fn whatever_is_opened_is_told_from_its_name_and_content() {
+    let run = cloud_run();
+    let folder = tempfile::tempdir().unwrap();
+    let at = |name: &str| folder.path().join(name);
+    io::write_run(&at("out"), &["primitives.npz".to_owned()], &run.outcome(), &RunRecord::default()).unwrap();
+    let told = |path: &Path| match io::open(path) {
+        Ok(Opened::Shape(shape)) => shape.name,
+        Ok(Opened::Result(result)) => format!("{} primitives", result.stored.primitives.len()),
+        Ok(Opened::Session(path)) => format!("session {}", path.file_name().unwrap().display()),
+        Err(error) => panic!("{error}"),
+    };
+    assert_eq!(told(&at("out")), "3 primitives");
+    assert_eq!(told(&at("out/primitives.json")), "3 primitives");
+    assert_eq!(told(&at("out/segmented.ply")), "segmented.ply");
+    // Whether it is there is for its reader to say.
+    assert_eq!(told(&at("gone.Superform")), "session gone.Superform");
+    // A folder may be called like a session, and hold primitives in any form.
+    fs::remove_file(at("out/primitives.json")).unwrap();
+    fs::rename(at("out"), at("out.superform")).unwrap();
+    assert_eq!(told(&at("out.superform")), "3 primitives");
+    fs::create_dir(at("empty")).unwrap();
+    assert!(io::open(&at("empty")).unwrap_err().to_string().contains("not a file"));
 }

@@ -63,6 +63,11 @@ struct PrimitivesFile<'a> {
     primitives: Vec<PrimitiveEntry>,
 }
 
+/// `{"format": "superform-primitives", "version": 1, …, "primitives": [{"id",
+/// "eps": [ε1, ε2], "scale": [ax, ay, az], "rotation": [rows of world_from_local],
+/// "translation", "taper": [kx, ky], "sigma", "points", "mean_distance"}]}`, lengths in
+/// input units. The same run gives the same bytes. The schema is
+/// `docs/primitives.schema.json`.
 pub(in crate::io) fn write(w: &mut (impl Write + ?Sized), set: &PrimitiveSet<'_>) -> io::Result<()> {
     let file = PrimitivesFile {
         format: FORMAT,

@@ -113,6 +113,9 @@ pub(super) struct SegmentedCloud<'a> {
 }
 
 impl<'a> SegmentedCloud<'a> {
+    /// Of an input cloud all its points in input order, each with the label of the sample
+    /// that stands for it; points that are not finite are as they were, with label −1. Of an
+    /// input mesh the samples are the cloud.
     pub(super) fn new(outcome: &Outcome<'a>, options: &ExportOptions) -> io::Result<Self> {
         let Outcome { shape, cloud, abstraction, colors, .. } = *outcome;
         let (points, attributes) = match &shape.geometry {
@@ -142,6 +145,10 @@ impl<'a> SegmentedCloud<'a> {
         self.input_labels?.iter().map(|&l| i32::try_from(l).ok()).collect()
     }
 
+    /// For each point `x y z` (double, input units), `red green blue` (uchar, the colour
+    /// of its primitive) and `label` (int, the primitive's id; −1 where the point belongs
+    /// to none); then, where the input says so of its points, `nx ny nz` (float),
+    /// `input_label` and `input_red input_green input_blue`.
     pub(super) fn ply(&self, w: &mut impl Write, binary: bool) -> io::Result<()> {
         begin_ply(w, binary, self.points.len())?;
         if self.colors.is_some() {

@@ -61,22 +61,6 @@ fn alone(
     finish(writing)
 }
 
-/// Writes the result to a folder under several names, which determine the formats ([`Format::from_path`]): all files or none. The folder is created if missing.
-///
-/// # Errors
-/// As [`export`], or if a name has no known format.
-pub fn export_all(
-    folder: &Path,
-    names: &[String],
-    options: &ExportOptions,
-    outcome: &Outcome<'_>,
-) -> Result<Exported, WriteError> {
-    let mut writing = Writing::default();
-    writing.files.folder(folder)?;
-    stage_all(&mut writing, folder, names, options, outcome)?;
-    finish(writing)
-}
-
 /// About how many bytes the files will take; what is text or compressed is
 /// estimated.
 pub fn estimated_size(format: Format, options: &ExportOptions, outcome: &Outcome<'_>) -> u64 {
@@ -156,14 +140,13 @@ pub(super) fn stage_all(
     writing: &mut Writing,
     folder: &Path,
     names: &[String],
-    options: &ExportOptions,
     outcome: &Outcome<'_>,
 ) -> Result<(), WriteError> {
     for name in names {
         let path = folder.join(name);
         let format = Format::from_path(Path::new(name), None)
             .ok_or_else(|| WriteError::UnknownFormat { path: path.clone() })?;
-        stage(writing, &path, format, options, Source::Outcome(outcome))?;
+        stage(writing, &path, format, &ExportOptions::default(), Source::Outcome(outcome))?;
     }
     Ok(())
 }

@@ -6,12 +6,10 @@ use std::time::Duration;
 
 use serde::Serialize;
 
-use super::atomic::Staged;
 use super::outcome::Outcome;
 use super::text::json;
 use crate::geometry::{Isolated, SampledPart, Surface};
 use crate::inference::{MergeReport, Method, Params, Phase, UNASSIGNED};
-use crate::io::error::WriteError;
 use crate::io::paths::StoredPath;
 use crate::io::shape::{Content, Shape, ShapeGeometry};
 
@@ -38,19 +36,6 @@ pub struct PhaseTimes {
     pub iterations: Duration,
     /// The merges after the last iteration.
     pub merge: Duration,
-}
-
-/// Writes the report of a run as JSON: input, sampling (of a mesh also which
-/// part of its surface, and what share of the area was left out, of a cloud
-/// how many isolated points), method,
-/// parameters, seed, number of points, K by iteration, merges, seconds a phase, unassigned
-/// points and mean distance.
-///
-/// # Errors
-/// Where the file can't be written. It is written whole or not at all.
-pub fn write_report_json(path: &Path, outcome: &Outcome<'_>, record: &RunRecord) -> Result<(), WriteError> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    Staged::with(path, |w| report_json(w, folder, outcome, record))?.persist()
 }
 
 #[derive(Debug, Serialize)]
@@ -192,6 +177,10 @@ fn relative(path: &Path, folder: &Path) -> Option<String> {
     Some(up.chain(down).collect::<Option<Vec<_>>>()?.join("/"))
 }
 
+/// Writes the report of a run as JSON: input, sampling (of a mesh also which
+/// part of its surface, and what share of the area was left out, of a cloud
+/// how many isolated points), method, parameters, seed, number of points, K by
+/// iteration, merges, seconds a phase, unassigned points and mean distance.
 /// `folder` is the one that the report goes to.
 pub(super) fn report_json(
     w: &mut impl Write,
