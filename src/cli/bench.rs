@@ -1,8 +1,7 @@
-//! Measuring methods on many shapes: shape × method × seed.
+//! Measures methods on many shapes: shape × method × seed.
 //!
-//! Every run works on one core, several of them side by side. Each that is
-//! finished is kept on disk at once, so that a benchmark that was stopped goes
-//! on where it was.
+//! Each run uses one core; several run in parallel. Finished runs are stored immediately, so that
+//! an interrupted benchmark can resume.
 
 mod output;
 mod runner;

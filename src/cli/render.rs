@@ -1,4 +1,4 @@
-//! `superform render`: pictures of results without a window.
+//! `superform render`: renders results without a window.
 
 #[cfg(feature = "window")]
 mod inputs;

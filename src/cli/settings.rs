@@ -1,4 +1,4 @@
-//! The settings of a run, as `run`, `bench` and the window's start take them.
+//! Settings of a run, shared by `run`, `bench` and the window.
 
 use std::str::FromStr;
 

@@ -1,4 +1,4 @@
-//! What can go wrong on reading and writing, said so that a person can act.
+//! Errors on reading and writing. Each message says what is wrong, where, and what to do.
 
 use std::borrow::Cow;
 use std::fmt;

@@ -1,4 +1,4 @@
-//! What a command reads is never written over.
+//! Keeps commands from overwriting their own input files.
 
 use std::collections::HashMap;
 use std::fs;

@@ -1,4 +1,4 @@
-//! Paths in files that are text.
+//! Paths stored in text files.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};

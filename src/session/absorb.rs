@@ -1,4 +1,4 @@
-//! What the worker tells.
+//! Events from the worker.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

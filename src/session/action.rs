@@ -1,6 +1,5 @@
-//! Everything a person can ask for. What takes no argument is a [`Verb`], with
-//! its text, tooltip and shortcut in one table from which menus, buttons,
-//! keys and the help page are made.
+//! All user actions. Actions without an argument are [`Verb`]s, with text, tooltip and shortcut in
+//! one table that menus, buttons, keys and the help page share.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! What a person asks for.
+//! Applies user actions.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Another state beside the shown one.
+//! The state compared with the shown one.
 
 use std::sync::Arc;
 

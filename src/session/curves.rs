@@ -1,4 +1,4 @@
-//! What is plotted over the timeline.
+//! The curves over the timeline.
 
 use super::Session;
 use crate::worker::Snapshot;

@@ -1,4 +1,4 @@
-//! What undo brings back and a session file keeps.
+//! The state that undo restores and a session file stores.
 
 use std::collections::BTreeSet;
 use std::fmt;

@@ -1,5 +1,4 @@
-//! What follows from edits for the rest of the session: what is said of them,
-//! and what is selected then.
+//! Effects of edits on the rest of the session: messages and selection.
 
 use std::sync::Arc;
 

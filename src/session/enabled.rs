@@ -1,4 +1,4 @@
-//! What can be asked for now, and why not.
+//! Which actions are available, and why others are not.
 
 use super::apply::mode_of;
 use super::view::{Picks, ThemeChoice, Tool};

@@ -1,4 +1,4 @@
-//! Taking results home, and bringing primitives in: files and the clipboard.
+//! Exports results and imports primitives, with files and the clipboard.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,9 +1,9 @@
-//! Handles on a primitive, to move, turn, scale, taper and round it by hand: as
-//! data, with what a drag makes of the primitive. All in scene space; places on
-//! the screen are in logical pixels from the viewport's upper left corner.
+//! Handles that move, rotate, scale, taper and round a primitive: their geometry, and the effect of
+//! a drag. Everything is in scene space; screen positions are in logical pixels from the viewport's
+//! upper left corner.
 //!
-//! A drag is told by where it began and where it is, always from the primitive
-//! as it was when the drag began: nothing adds up, and going back undoes it.
+//! A drag is given by its start and its current position, always relative to the primitive at the
+//! start of the drag: errors do not accumulate, and dragging back restores the primitive.
 
 use nalgebra::{Point3, Rotation3, Unit, UnitQuaternion, Vector2, Vector3};
 

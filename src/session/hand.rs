@@ -1,5 +1,4 @@
-//! What a hand does to states: going back and on, edits, merges on probation,
-//! undo.
+//! Manual changes to states: navigation, edits, proposed merges and undo.
 
 use std::sync::Arc;
 

@@ -1,5 +1,5 @@
-//! How the session relates to files: which one it is saved in, what has been
-//! changed since, what earlier windows left behind.
+//! The session's files: where it is saved, what has changed since, and what earlier windows left
+//! for recovery.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! Live: every change of what a run is made from makes it anew, and the last
-//! result stays until the next is there.
+//! Live updates: every change to the inputs of a run starts a new one, and the last result stays
+//! visible until the new one is ready.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

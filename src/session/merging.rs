@@ -1,5 +1,4 @@
-//! Merges on probation: proposed by the worker one after another, and accepted
-//! or skipped by hand.
+//! Proposed merges, which the user accepts or skips one by one.
 
 use super::messages::Level;
 use super::{Effect, Session};

@@ -1,4 +1,4 @@
-//! What the program has to say: the log, and the error that waits for an answer.
+//! Messages: the log, and the error currently shown.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};

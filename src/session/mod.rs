@@ -1,6 +1,6 @@
-//! What the window knows, as plain data: [`Session::apply`] takes what a
-//! person asks for, [`Session::absorb`] what the worker tells. Both answer
-//! with [`Effect`]s, which the owner carries out.
+//! The state behind the window, as plain data: [`Session::apply`] takes user actions,
+//! [`Session::absorb`] takes events from the worker. Both return [`Effect`]s, which the owner
+//! carries out.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;

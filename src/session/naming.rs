@@ -1,5 +1,4 @@
-//! What states are called: by their iteration and, where several belong to one,
-//! by what led to them.
+//! Names of states: their iteration and, if an iteration has several states, what led to them.
 
 use std::fmt;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Playing the timeline: the states one after the other, by the owner's clock.
+//! Playback of the timeline, driven by the owner's clock.
 
 use super::{Effect, Session};
 

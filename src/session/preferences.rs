@@ -1,4 +1,4 @@
-//! What is remembered from one start of the program to the next.
+//! Preferences that persist between starts.
 
 use serde::{Deserialize, Serialize};
 

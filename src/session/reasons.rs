@@ -1,4 +1,4 @@
-//! Why something can't be had now.
+//! Why an action is not available.
 
 use super::apply::mode_of;
 use super::{Session, Verb};

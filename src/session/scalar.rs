@@ -1,4 +1,4 @@
-//! Numbers of the samples that can be seen as colours.
+//! Scalar values of the samples that can be shown as colours.
 
 use std::sync::Arc;
 

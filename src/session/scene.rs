@@ -1,5 +1,5 @@
-//! From input units to the space that is drawn: centred, y up, the longest
-//! edge of the shape's box 1 long.
+//! From input units to scene space: centred, y up, the longest edge of the shape's bounding box of
+//! length 1.
 
 use std::collections::BTreeSet;
 

@@ -1,5 +1,4 @@
-//! The same run with several seeds: what has come of it so far, best first, and
-//! taking one of them over.
+//! Runs with several seeds: their results, sorted, and opening one of them.
 
 use std::sync::Arc;
 

@@ -1,4 +1,4 @@
-//! How a selection changes: replaced, added to, taken away from.
+//! Changes to a selection: replacing, adding, removing.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

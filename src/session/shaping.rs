@@ -1,6 +1,5 @@
-//! A primitive under the hand: what is dragged is seen at once, and becomes an
-//! edit when the hand lets go, so that a drag is one state and one step for
-//! undo.
+//! Interactive editing of a primitive: a drag is previewed immediately and becomes one edit when it
+//! ends, that is, one state and one undo step.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 

@@ -1,5 +1,5 @@
-//! What is said when something went well or wrong, and what is offered then;
-//! files that are opened and remembered.
+//! Messages about successes and failures with the actions they offer, and the handling of opened
+//! and recent files.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,5 @@
-//! Every state that was seen, as branches: each is a whole history from a start
-//! on, and shares the states with the branch that it left.
+//! All states, as branches. Each branch is a complete history from a start and shares states with
+//! its parent branch.
 
 use std::collections::BTreeSet;
 use std::fmt;

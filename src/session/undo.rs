@@ -1,4 +1,4 @@
-//! Undo and redo: documents from before what was done.
+//! Undo and redo, as documents from before each step.
 
 use std::fmt;
 use std::sync::Arc;

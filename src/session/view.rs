@@ -1,4 +1,4 @@
-//! How the shape is shown.
+//! View settings.
 
 use serde::{Deserialize, Serialize};
 

@@ -1,5 +1,4 @@
-//! The window around the shape: which panels are open, how large everything
-//! is drawn, which files were open before.
+//! Window settings: open panels, interface scale, recent files.
 
 use std::path::{Path, PathBuf};
 

@@ -1,5 +1,4 @@
-//! What a session file keeps: the document with its undo history, and how it
-//! is looked at.
+//! The content of a session file: the document with its undo history and view.
 
 use super::camera::Camera;
 use super::document::Document;

@@ -1,4 +1,4 @@
-//! Work that a frame must not wait for, on threads of its own.
+//! Work in background threads that a frame must not wait for.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::{Arc, LazyLock, OnceLock};

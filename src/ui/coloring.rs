@@ -1,5 +1,4 @@
-//! The numbers that colours tell, made in the background and kept until their
-//! source changes.
+//! Scalar values for colouring, computed in the background and cached until their source changes.
 
 use std::sync::{Arc, OnceLock};
 

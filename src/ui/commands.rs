@@ -1,5 +1,4 @@
-//! The list of all commands: found by a few letters of their name, run by
-//! Enter.
+//! The command palette: finds commands by a few letters, runs them with Enter.
 
 use egui::{
     Align2, Context, FontId, Key, Label, Modal, Modifiers, RichText, Role, ScrollArea, Sense, TextEdit,

@@ -1,5 +1,4 @@
-//! Two states side by side: the shown one and another, with what differs
-//! painted and counted.
+//! Two states side by side, with their differences painted and counted.
 
 use std::sync::Arc;
 

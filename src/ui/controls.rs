@@ -1,4 +1,4 @@
-//! The left panel: the shape, the run, its parameters.
+//! The left panel: shape, run and parameters.
 
 use egui::{DragValue, Grid, Label, Response, RichText, Slider, Ui, vec2};
 

@@ -1,5 +1,5 @@
-//! Asking for a path: the system's dialog off the window's thread and, where
-//! there is none, a field to type the path into.
+//! File dialogs: the system's dialog outside the window's thread or, without one, a text field for
+//! the path.
 
 use std::path::{Path, PathBuf};
 use std::pin::Pin;

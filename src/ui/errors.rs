@@ -1,4 +1,4 @@
-//! The error box: what went wrong, why, and what to do.
+//! The error message: what went wrong, why, and what to do.
 
 use egui::{Align2, Area, Context, Frame, Id, Label, RichText, vec2};
 

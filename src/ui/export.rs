@@ -1,4 +1,4 @@
-//! The export dialog: what is written, how, how large it gets, and where.
+//! The export dialog: format, options, approximate size and file name.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,4 @@
-//! The figures of the present state against the shape: those of `evaluate`.
+//! The metrics of the current state against the shape, as in `evaluate`.
 
 use egui::{Label, RichText, Ui};
 

@@ -1,5 +1,4 @@
-//! The undo entries of the Edit menu: what would be undone, and all steps at
-//! once.
+//! The undo entries of the Edit menu: the next step, and the list of all steps.
 
 use egui::{Button, RichText, ScrollArea, Ui};
 

@@ -1,4 +1,4 @@
-//! Questions about sessions: what was left behind, what is unsaved.
+//! Dialogs about sessions: recovery and unsaved changes.
 
 use std::time::SystemTime;
 

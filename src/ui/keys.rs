@@ -1,4 +1,4 @@
-//! From egui's key events to verbs.
+//! Maps egui's key events to verbs.
 
 use crate::session::Session;
 use crate::session::action::{Action, Key, Shortcut, Verb};

@@ -1,5 +1,4 @@
-//! The panels around the viewport: how large they are, and how they open and
-//! close.
+//! The panels around the viewport: sizes, opening and closing.
 
 use egui::{Panel, Ui, Vec2};
 use serde::{Deserialize, Serialize};

@@ -1,4 +1,4 @@
-//! The log: everything that was said, newest first.
+//! The log: all messages, newest first.
 
 use egui::{Align, Label, Layout, RichText, ScrollArea, Sense, TextEdit, Ui, vec2};
 

@@ -1,5 +1,5 @@
-//! The merge that waits for a decision: a card over the viewport's lower edge
-//! with the pair, what the test says of it, and the buttons.
+//! The proposed merge: a card over the viewport's lower edge with the pair, the result of the test
+//! and the buttons.
 
 use egui::{
     Align2, Area, Context, Frame, Id, Label, Rect, Response, RichText, Role, Sense, Ui, WidgetInfo, pos2,

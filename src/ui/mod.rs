@@ -1,6 +1,5 @@
-//! The window's contents: panels around the viewport. [`Interface::show`]
-//! draws a session and answers with what the person asked for; it changes
-//! nothing itself.
+//! The window's contents: panels around the viewport. [`Interface::show`] draws a session and
+//! returns the user's actions; it changes nothing itself.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;

@@ -1,5 +1,5 @@
-//! The odds of one point: what the next sweep would draw its table from, the
-//! paper's two equations with its numbers, and its labels so far.
+//! The odds of a point: what the next sweep would draw its table from, the paper's two equations
+//! with the numbers filled in, and its labels so far.
 
 use std::sync::Arc;
 

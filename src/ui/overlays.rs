@@ -1,4 +1,4 @@
-//! What floats above the window.
+//! Overlays on top of the window.
 
 use egui::{Align2, Area, Button, Context, Frame, Id, Label, RichText, vec2};
 

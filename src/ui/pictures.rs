@@ -1,5 +1,5 @@
-//! Saving pictures of the 3D view: the dialogs that ask how, and the job that
-//! draws them a bit a frame, so that the window goes on.
+//! Saving pictures of the 3D view: the dialogs, and the job that renders a little per frame so that
+//! the window stays responsive.
 
 use std::path::{Path, PathBuf};
 

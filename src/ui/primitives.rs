@@ -1,4 +1,4 @@
-//! The right panel: the list of primitives, what is selected of them.
+//! The right panel: the list of primitives and the inspector.
 
 use egui::Ui;
 

@@ -1,4 +1,4 @@
-//! What α and p0 mean for the shape at hand, beside their sliders.
+//! What α and p0 mean for the current shape, next to their sliders.
 
 use egui::{RichText, Ui};
 

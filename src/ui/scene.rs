@@ -1,5 +1,4 @@
-//! What a viewport shows, and the data that it uploads for it, made anew only
-//! when its source changed.
+//! The content of a viewport and its GPU data, rebuilt only when the source changes.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};

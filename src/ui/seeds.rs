@@ -1,5 +1,4 @@
-//! Runs that differ in their seed alone, side by side, best first: a click
-//! takes one.
+//! Runs that differ only in their seed, side by side, best first. A click opens one.
 
 use egui::{
     Align, Align2, Button, ComboBox, FontId, Frame, Label, Layout, Margin, Panel, ProgressBar, Rect,

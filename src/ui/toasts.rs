@@ -1,5 +1,5 @@
-//! What is said in passing: notes and warnings in the viewport's lower right
-//! corner or where no card is in the way, which go by themselves.
+//! Transient notes and warnings in the viewport's lower right corner, or where no card is in the
+//! way.
 
 use std::time::Duration;
 

@@ -1,6 +1,5 @@
-//! The 3D view: turns a state into a [`Frame`] and uploads, and the pointer
-//! into actions. With the files below, the only place that names both egui and
-//! wgpu.
+//! The 3D view: turns a state into a [`Frame`] and GPU uploads, and pointer input into actions.
+//! With the files below, the only place that uses both egui and wgpu.
 
 use egui::{Role, Sense, Ui, WidgetInfo};
 

@@ -1,4 +1,4 @@
-//! Small parts that the panels share.
+//! Small widgets shared by the panels.
 
 use egui::{
     Button, Color32, DragValue, Rangef, Rect, Response, RichText, Role, ScrollArea, Sense, Ui, UiBuilder,

@@ -1,11 +1,9 @@
-//! Where the files of a job are made, and how they get to their place: all
-//! together, on disk before they are seen, and never mistaken for finished if
-//! they are not.
+//! Staging of a job's files: they are created in a hidden folder, synced to disk, and moved to
+//! their place together, so that an incomplete job never looks finished.
 //!
-//! Each batch has a desk in the hidden folder `.superform` of the output, named
-//! after its table, and holds a lock beside it as long as it lives: so nobody
-//! takes its files for leftovers, and no second one writes the same table. The
-//! system lets go of the lock when the process ends, however it ends.
+//! Each batch has a staging folder in `.superform` in the output, named after its table, and holds
+//! a lock next to it for as long as it runs. The lock keeps other batches from removing its files
+//! or writing the same table. The system releases it when the process ends, for whatever reason.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;

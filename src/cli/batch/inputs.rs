@@ -1,4 +1,4 @@
-//! Which files are meant: names, patterns and folders.
+//! Expands names, patterns and folders to input files.
 
 use std::collections::HashSet;
 use std::fs;

@@ -1,4 +1,4 @@
-//! Lists of jobs in a file: CSV with a header, or JSON lines.
+//! Manifests: lists of jobs as CSV with a header, or as JSON lines.
 
 use std::collections::HashMap;
 use std::fs;

@@ -1,9 +1,8 @@
-//! Many shapes, or many settings: a job each, some side by side.
+//! Batches: many shapes or many settings, one job each, some in parallel.
 //!
-//! A job's files appear in a folder of its name, all together, with a record of
-//! what they were made from. So a batch that was stopped, however roughly, goes
-//! on where it was: what is finished is skipped, and nothing half-written is
-//! taken for finished. The tables are made from the records.
+//! The files of a job appear in its folder together, with a record of what they were made from. An
+//! interrupted batch therefore resumes where it stopped: finished jobs are skipped, and incomplete
+//! output never counts as finished. The tables are built from the records.
 
 mod desk;
 pub(super) mod fingerprint;

@@ -1,4 +1,4 @@
-//! Jobs side by side, each with threads of its own.
+//! Runs jobs in parallel, each with its own threads.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -115,7 +115,9 @@ mod tests {
             for (at, end) in found.into_iter().enumerate() {
                 match (at, end.unwrap()) {
                     (2, End::Failed(text)) => assert_eq!(text, "bad file"),
-                    (5, End::Failed(text)) => assert!(text.contains("fault: index 5 out of range"), "{text}"),
+                    (5, End::Failed(text)) => {
+                        assert!(text.contains("internal error: index 5 out of range"), "{text}")
+                    }
                     (_, end) => assert_eq!(end, End::Done(at * at)),
                 }
             }

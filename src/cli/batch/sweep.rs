@@ -1,4 +1,4 @@
-//! Settings to be tried out, and parts of a list.
+//! Sweeps over settings, and parts of a list of jobs.
 
 use std::str::FromStr;
 

@@ -1,4 +1,4 @@
-//! The runs themselves, side by side, each on one core.
+//! Runs in parallel, each on one core.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Arc, Mutex, PoisonError, mpsc};

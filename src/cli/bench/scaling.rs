@@ -1,5 +1,4 @@
-//! How the time of a run grows with the number of samples N, of clusters K at
-//! the start, and of iterations T.
+//! How the run time grows with the number of samples N, initial clusters K and iterations T.
 
 use std::fs;
 use std::path::PathBuf;

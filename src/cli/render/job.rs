@@ -1,4 +1,4 @@
-//! What pictures are to be taken, and how.
+//! What to render, and how.
 
 use std::path::PathBuf;
 use std::process::ExitCode;

@@ -1,5 +1,5 @@
-//! What columns hold: told by their names, or by their values where they have
-//! none; and what becomes of their numbers.
+//! The meaning of columns, from their names or, without names, from their values, and the
+//! conversion of their numbers.
 
 use nalgebra::Point3;
 

@@ -1,11 +1,10 @@
-//! glTF 2.0, as text and binary (GLB): the triangles of a scene in world
-//! coordinates with the colours and normals of their vertices, or its points where
-//! it has no triangles. Morph targets stand at their default weights.
-//! Materials, pictures, animations and skins are left out.
+//! glTF 2.0, as text and binary (GLB): the triangles of a scene in world coordinates, with vertex
+//! colours and normals, or its points if it has no triangles. Morph targets are applied at their
+//! default weights. Materials, textures, animations and skins are ignored.
 //!
-//! The JSON is read here rather than by a glTF library because those compute
-//! in single precision, hold on to indices that they did not check against the
-//! buffers, and refuse a file for faults in what doesn't matter here.
+//! The JSON is parsed here rather than by a glTF library, because those compute in single
+//! precision, keep indices without checking them against the buffers, and reject files for errors
+//! in irrelevant parts.
 
 use std::collections::{BTreeMap, HashMap, HashSet};
 use std::path::Path;

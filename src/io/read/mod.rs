@@ -1,4 +1,4 @@
-//! Reading: shapes from the files that people have, and primitives back.
+//! Reads shapes from common file formats, and primitives from result files.
 
 mod columns;
 mod detect;

@@ -1,8 +1,7 @@
 //! NumPy arrays (`.npy`) and archives of them (`.npz`).
 //!
-//! Headers are read here because the crates for them multiply sides of shapes
-//! without a check and follow brackets as deep as a file likes; the archive
-//! itself is a library's.
+//! Headers are parsed here because existing crates multiply dimensions without overflow checks and
+//! follow nested brackets to any depth. Archives are opened with a library.
 
 use std::borrow::Cow;
 

@@ -1,5 +1,4 @@
-//! OFF (Geomview's object files): vertices with their normals and colours, then
-//! polygons, in text.
+//! OFF (Geomview object files): vertices with normals and colours, then polygons, as text.
 
 use std::str::SplitWhitespace;
 

@@ -1,6 +1,6 @@
-//! Polygons become triangles: a fan around the first corner where that covers
-//! the polygon and nothing else (all convex ones), and else ears that are cut
-//! off in the polygon's own plane. A fan over a notch would close it.
+//! Triangulates polygons: by a fan around the first corner where that covers exactly the polygon
+//! (always for convex ones), otherwise by ear clipping in the polygon's plane. A fan across a notch
+//! would close it.
 
 use std::ops::Range;
 

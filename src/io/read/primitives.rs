@@ -1,4 +1,4 @@
-//! Reading primitives back: our JSON, NPZ and CSV, and those of others.
+//! Reads primitives from Superform's JSON, NPZ and CSV files, and from those of other programs.
 
 mod arrays;
 mod csv;

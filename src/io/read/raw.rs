@@ -1,4 +1,4 @@
-//! What a parser hands over, and the checks that all formats share.
+//! The output of a parser, and the checks shared by all formats.
 
 use std::ops::Range;
 

@@ -1,5 +1,4 @@
-//! Results as something to open: the primitives of a file, and the shape that
-//! they stand for.
+//! Opens results: the primitives in a file together with their shape.
 
 use std::collections::HashSet;
 use std::fs::File;

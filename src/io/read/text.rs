@@ -1,4 +1,4 @@
-//! What the text formats share: encodings, numbers, lines.
+//! Encodings, numbers and lines, shared by the text formats.
 
 use std::borrow::Cow;
 

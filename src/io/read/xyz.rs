@@ -1,7 +1,7 @@
-//! XYZ text: one point a line, in the many dialects of .xyz, .txt, .csv, .pts.
+//! XYZ text: one point per line, in the many dialects of .xyz, .txt, .csv and .pts.
 //!
-//! Read here because the crates for tables want to know separators and columns
-//! beforehand, and none knows decimal commas or the count of PTS.
+//! Parsed here because table crates need separators and columns in advance, and none supports
+//! decimal commas or the count line of PTS.
 
 use std::collections::HashMap;
 

@@ -1,4 +1,4 @@
-//! Pictures one after the other: as one GIF, or as a folder of PNGs.
+//! Sequences of pictures, as one GIF or a folder of PNGs.
 
 use std::fs;
 use std::io::BufWriter;

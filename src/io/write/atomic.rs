@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all, one or several.
+//! Writes one or several files completely or not at all.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Seek, Write};

@@ -1,4 +1,4 @@
-//! Writing a result in a format of the registry.
+//! Exports a result in one of the registered formats.
 
 use std::fs;
 use std::io::{self, Write};

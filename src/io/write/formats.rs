@@ -1,5 +1,4 @@
-//! What results can be written as: one list for the command line and the
-//! window, as plain data.
+//! The registry of export formats, shared by the command line and the window, as plain data.
 
 use std::path::Path;
 

@@ -1,4 +1,4 @@
-//! Meshes in parts as binary glTF 2.0: a node, a mesh and a material a part.
+//! Meshes in parts as binary glTF 2.0: one node, mesh and material per part.
 
 use std::io::{self, Write};
 

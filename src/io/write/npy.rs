@@ -1,4 +1,4 @@
-//! NumPy's arrays, and archives of them.
+//! NumPy arrays and archives of them.
 
 use std::io::{self, Seek, Write};
 

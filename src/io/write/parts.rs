@@ -1,5 +1,4 @@
-//! A mesh in parts, each of which belongs to a primitive or to none: what the
-//! files of meshes are written from.
+//! A mesh in parts, each belonging to one primitive or to none. Mesh files are written from this.
 
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io;

@@ -1,5 +1,5 @@
-//! Where a path leads: to a file, which is replaced whole, or to something that
-//! can only be written through: a device, a pipe, a descriptor that is open.
+//! The target of a path: a file, which is replaced, or something that is written directly, such as
+//! a device, a pipe or an open descriptor.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -126,7 +126,7 @@ mod tests {
         assert_eq!(file.file(), Some(folder.path().join("deep/../file").as_path()));
         fs::write(at("file"), "").unwrap();
         assert_eq!(Place::of(&at("first")).unwrap(), file);
-        assert!(Place::of(&at("round")).unwrap_err().to_string().contains("circle"));
+        assert!(Place::of(&at("round")).unwrap_err().to_string().contains("form a cycle"));
         assert_eq!(Place::of(&at("-")).unwrap(), Place::File(at("-")));
         assert_eq!(Place::of(Path::new("-")).unwrap(), Place::StandardOutput);
     }

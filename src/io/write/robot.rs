@@ -1,5 +1,4 @@
-//! Primitives as bodies of a simulator: URDF and MJCF, with the meshes that
-//! they refer to.
+//! Primitives as bodies for simulators: URDF and MJCF, with their meshes.
 
 use std::f64::consts::PI;
 use std::ffi::OsStr;

@@ -1,4 +1,4 @@
-//! The tables that a point may sit down at, one a row.
+//! The tables that a point could join, one per row.
 
 use egui::{Align2, Color32, FontId, Rect, Response, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 

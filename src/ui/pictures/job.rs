@@ -1,4 +1,4 @@
-//! Pictures on their way: drawn by the device, encoded by a thread.
+//! Pictures in progress: rendered by the device, encoded in a thread.
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};

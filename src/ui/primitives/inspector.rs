@@ -1,5 +1,5 @@
-//! What is selected: θ of one primitive as numbers, and what can be done with
-//! primitives and points.
+//! The inspector: the parameters of the selected primitive, and operations on primitives and
+//! points.
 
 use egui::{Button, Response, RichText, Sense, Ui, vec2};
 

@@ -1,4 +1,4 @@
-//! The list of primitives: one row each, to select, hide, lock and sort by.
+//! The list of primitives: one row each, to select, hide, lock and sort.
 
 use std::cmp::Ordering;
 

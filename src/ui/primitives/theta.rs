@@ -1,4 +1,4 @@
-//! θ of a primitive as numbers that can be dragged and typed.
+//! The parameters θ of a primitive as values to drag and type.
 
 use egui::{Key, RichText, Ui, vec2};
 

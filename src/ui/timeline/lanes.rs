@@ -1,5 +1,5 @@
-//! The branches: their names, and beside each its states with what happened,
-//! each lane leaving the one it came from.
+//! The branches: their names, and next to each its states with their events. Each lane starts at
+//! its parent.
 
 use std::collections::BTreeSet;
 

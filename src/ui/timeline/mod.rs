@@ -1,6 +1,5 @@
-//! The panel at the bottom: the states of all branches, what happened in them,
-//! and what they come to. It is laid out in rows that share one x axis: plots
-//! on top, the ruler with the playhead, then a lane for each branch.
+//! The timeline panel: the states of all branches, their events and values. Its rows share one x
+//! axis: plots at the top, the ruler with the playhead, then one lane per branch.
 
 use std::time::Duration;
 

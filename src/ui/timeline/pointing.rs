@@ -1,4 +1,4 @@
-//! What the pointer and the keys do anywhere along the axis.
+//! Pointer and key input along the axis.
 
 use egui::{EventFilter, Grid, Key, Label, PointerButton, Response, RichText, Tooltip, Ui};
 

@@ -1,5 +1,4 @@
-//! Handles on the selected primitive under the pointer: what a drag of one
-//! makes of it, told in numbers.
+//! Dragging the handles of the selected primitive, with the current value as text.
 
 use egui::{Align2, FontId, Key, PointerButton, Pos2, Rect, Response, Ui, vec2};
 use nalgebra::Vector2;

@@ -1,4 +1,4 @@
-//! The colour bar: which number a colour stands for, and where it ends.
+//! The colour bar: the values of the colours, and the end of the range.
 
 use egui::{
     Align2, Button, Color32, DragValue, FontId, Label, Mesh, Rect, RichText, Role, Sense, Shape, Stroke, Ui,

@@ -1,4 +1,4 @@
-//! The pointer over a view: orbit, pan, zoom, hover, and what the tools select.
+//! Pointer input in a view: orbit, pan, zoom, hover, and the selection tools.
 
 use egui::{CursorIcon, PointerButton, Pos2, Rect, Response, Shape, Stroke, Ui, pos2};
 use nalgebra::{Point3, Vector2};

@@ -1,4 +1,4 @@
-//! Formats that are known but not read, and what to do about them.
+//! Formats that are recognised but not supported, with advice.
 
 use std::io::Cursor;
 

@@ -1,4 +1,4 @@
-//! Numbers of a glTF file, every range checked against what there is.
+//! Accessors of a glTF file, with every range checked.
 
 use std::borrow::Cow;
 use std::path::Path;

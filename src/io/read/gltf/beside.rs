@@ -1,4 +1,4 @@
-//! Which files a scene keeps its numbers in.
+//! The external files that a scene refers to.
 
 use std::fs::File;
 use std::io::Read;

@@ -1,4 +1,4 @@
-//! What is needed of a glTF file's JSON.
+//! The parts of the glTF JSON that are needed.
 
 use std::collections::BTreeMap;
 

@@ -1,5 +1,5 @@
-//! An archive of NumPy arrays: which of them are the points, their faces,
-//! normals, colours and labels is told from their names, then from their shapes.
+//! Archives of NumPy arrays. Points, faces, normals, colours and labels are recognised by the names
+//! of the arrays, then by their shapes.
 
 use std::borrow::Cow;
 use std::io::{Cursor, Read};

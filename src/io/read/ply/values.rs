@@ -1,4 +1,4 @@
-//! The numbers of a PLY file's body, one after another.
+//! The values in the body of a PLY file, in sequence.
 
 use std::borrow::Cow;
 

@@ -1,4 +1,4 @@
-//! Primitives as lines of 13 numbers, in the order of the paper's authors.
+//! Primitives as lines of 13 numbers, in the order used by the paper's authors.
 
 use nalgebra::{Rotation3, Vector3};
 

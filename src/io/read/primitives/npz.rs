@@ -1,4 +1,4 @@
-//! Primitives as arrays, by the names that superquadric tools in Python use.
+//! Primitives as arrays with the names common in Python superquadric tools.
 
 use nalgebra::Vector3;
 
