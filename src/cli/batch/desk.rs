@@ -20,19 +20,19 @@ use crate::cli::say;
 use crate::inference::Cancel;
 use crate::io as files;
 
-/// How often a batch that waits for another looks again.
+/// Polling interval of a batch that waits for another.
 const LOOK_AGAIN: Duration = Duration::from_millis(100);
 
 const FORMAT: &str = "superform-job";
 const VERSION: u32 = 1;
 
-/// The record of a finished job, which lies beside its files.
+/// The record of a finished job, stored next to its files.
 #[derive(Debug, Serialize, Deserialize)]
 struct Record {
     format: String,
     version: u32,
     program: String,
-    /// Stands for everything that the result depends on.
+    /// Fingerprint of everything the result depends on.
     fingerprint: String,
     files: Vec<FileEntry>,
     row: Row,
@@ -62,7 +62,7 @@ impl Record {
         (record.format == FORMAT && record.version == VERSION).then_some(record)
     }
 
-    /// Whether all files are there as they were written.
+    /// Whether all files exist unchanged.
     fn is_whole(&self, folder: &Path) -> bool {
         !self.files.is_empty()
             && self.files.iter().all(|entry| {
@@ -80,41 +80,38 @@ fn name_below(folder: &Path, file: &Path) -> String {
     parts.map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
-/// Whether a name stays below the folder that it is looked up in.
+/// Whether a name stays inside its folder.
 fn is_below(name: &str) -> bool {
     let path = Path::new(name);
     !name.contains('\\') && path.components().all(|part| matches!(part, std::path::Component::Normal(_)))
 }
 
-/// The row of a job whose files lie whole in a folder, with the fingerprint of
-/// what they were made from.
+/// The row of a job whose files are complete and have this fingerprint.
 pub(super) fn finished(folder: &Path) -> Option<(Row, String)> {
     let record = Record::read(folder).filter(|record| record.is_whole(folder))?;
     Some((record.row, record.fingerprint))
 }
 
-/// The files that a job has left in a folder, with its record.
+/// The files of a job in a folder, including its record.
 pub(super) fn made_before(folder: &Path) -> impl Iterator<Item = PathBuf> {
     let files = Record::read(folder).map(|record| record.files).unwrap_or_default();
     let names = files.into_iter().map(|entry| entry.name).filter(|name| is_below(name));
     names.chain([RECORD_FILE.to_owned()]).map(|name| folder.join(name))
 }
 
-/// A place to work at, one's own.
+/// A batch's staging folder.
 #[derive(Debug)]
 pub(super) struct Desk {
     output: PathBuf,
-    /// Where files are made.
+    /// Where files are created.
     folder: PathBuf,
     lock: PathBuf,
-    /// Held locked; `None` where the file system knows no locks.
+    /// Held lock; `None` if the file system does not support locks.
     held: Option<File>,
 }
 
 impl Desk {
-    /// Takes the desk of a table and clears away what batches that were killed
-    /// have left behind. If another process works at it, says so and waits;
-    /// `None` if that was cancelled.
+    /// Takes the staging folder of a table and removes leftovers of killed batches. Waits, with a message, while another process uses it; `None` if cancelled.
     pub(super) fn take(output: &Path, table: &str, cancel: &Cancel) -> anyhow::Result<Option<Self>> {
         let wait =
             || say(&format!("waiting for another run that is writing {table}.csv in {}", output.display()));
@@ -163,7 +160,7 @@ impl Desk {
         Ok(Some(desk))
     }
 
-    /// Removes what lies on the desk, which is one's own.
+    /// Removes everything in the own staging folder.
     fn clear(&self) -> io::Result<()> {
         match fs::remove_dir_all(&self.folder) {
             Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
@@ -171,12 +168,12 @@ impl Desk {
         }
     }
 
-    /// Where files are made, on the same file system as their places.
+    /// Where files are created, on the same file system as their targets.
     pub(super) fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// An empty folder to make a job's files in.
+    /// An empty folder for a job's files.
     pub(super) fn place(&self, number: usize) -> io::Result<PathBuf> {
         let folder = self.folder.join(number.to_string());
         fs::create_dir_all(&folder)?;
@@ -188,9 +185,7 @@ impl Desk {
         self.output.join(name)
     }
 
-    /// Moves the files of a job from where they were made to the folder of its
-    /// name, with the record that makes it finished. A folder that is there
-    /// keeps what is not ours.
+    /// Moves the files of a job to its folder, with the record that marks it as finished. Other files in an existing folder are kept.
     pub(super) fn publish(
         &self,
         made: &Path,
@@ -255,7 +250,7 @@ impl Desk {
         fs::remove_dir_all(made)
     }
 
-    /// Makes new names of folders last.
+    /// Syncs new folder names to disk.
     fn sync_up_to_output(&self, from: &Path) {
         for folder in from.ancestors() {
             sync(folder);
@@ -277,7 +272,7 @@ impl Drop for Desk {
     }
 }
 
-/// Removes a lock that is held, and the hidden folder if nobody else needs it.
+/// Releases and removes the lock, and the hidden folder if no other batch uses it.
 fn put_away(lock: &Path) {
     // Elsewhere nobody could tell an old lock from a new one of the same name.
     if cfg!(unix) {
@@ -288,7 +283,7 @@ fn put_away(lock: &Path) {
     }
 }
 
-/// Clears other desks whose owners are gone.
+/// Removes staging folders whose owners have ended.
 fn sweep_up(hidden: &Path, own: &Path) {
     for path in fs::read_dir(hidden).into_iter().flatten().flatten().map(|entry| entry.path()) {
         if path == own || path.extension().is_none_or(|e| e != "lock") {
@@ -304,11 +299,11 @@ fn sweep_up(hidden: &Path, own: &Path) {
 #[derive(Debug)]
 enum Locking {
     Held(File),
-    /// Somebody else has it.
+    /// Held by another process.
     Taken,
-    /// It was put away while it was being taken.
+    /// Removed while it was being acquired.
     Gone,
-    /// The file system knows no locks.
+    /// The file system does not support locks.
     Unknown,
 }
 
@@ -341,7 +336,7 @@ fn is_at(_: &File, _: &Path) -> bool {
     true
 }
 
-/// Makes the names in a folder last a power failure, where a system has that.
+/// Syncs the names in a folder, so that they survive a power failure, if the system supports it.
 fn sync(folder: &Path) {
     #[cfg(unix)]
     if let Err(e) = File::open(folder).and_then(|folder| folder.sync_all()) {

@@ -43,20 +43,20 @@ pub(super) use self::plan::BatchArgs;
 /// The record of a finished job, in its folder.
 const RECORD_FILE: &str = "job.json";
 
-/// Folder in the output where files are made, gone when the batch is done.
+/// Staging folder in the output, removed when the batch is done.
 const HIDDEN_FOLDER: &str = ".superform";
 
 /// Exit status of a batch with one failed job; each further adds one.
 const FIRST_FAILURE: usize = 11;
 const MOST_FAILURES: usize = 100;
 
-/// Most failed jobs that are listed at the end; the tables have all.
+/// Maximum number of failed jobs listed at the end; the tables contain all.
 const MOST_LISTED: usize = 20;
 
-/// One job: what is abstracted, how, and under which name.
+/// One job: input, settings and name.
 #[derive(Debug, Clone, PartialEq)]
 struct Job {
-    /// Its number in the whole list, from 1, whichever part is done here.
+    /// Its number in the whole list, from 1.
     number: usize,
     /// Path of its folder in the output, with `/`.
     name: String,
@@ -65,30 +65,30 @@ struct Job {
     params: Params,
 }
 
-/// Many jobs to do.
+/// A batch of jobs.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BatchJob {
     jobs: Vec<Job>,
-    /// How many jobs the whole list has.
+    /// Number of jobs in the whole list.
     listed: usize,
     /// Folder for the results.
     output: PathBuf,
     /// Name of the tables, without the ending.
     table: String,
-    /// Jobs side by side.
+    /// Number of parallel jobs.
     workers: usize,
-    /// Threads that they share.
+    /// Number of threads they share.
     cores: usize,
-    /// Do again what is finished.
+    /// Run finished jobs again.
     force: bool,
     quiet: bool,
-    /// More files for each job's folder, by their names.
+    /// Further files for each job's folder, by name.
     exports: Vec<String>,
-    /// The list that they came from.
+    /// The manifest they came from.
     manifest: Option<PathBuf>,
 }
 
-/// The exit status that tells how many of several failed.
+/// Exit status for this number of failures.
 pub(super) fn failures(failed: usize) -> ExitCode {
     match failed {
         0 => ExitCode::SUCCESS,
@@ -96,10 +96,10 @@ pub(super) fn failures(failed: usize) -> ExitCode {
     }
 }
 
-/// How a batch went.
+/// Outcome of a batch.
 #[derive(Debug, Default)]
 struct Tally {
-    /// Finished, also by an earlier batch.
+    /// Finished, including by an earlier batch.
     ok: usize,
     before: usize,
     /// Name and problem.
@@ -120,8 +120,7 @@ impl Tally {
         tally
     }
 
-    /// Prints how it went and says which jobs failed; the exit status tells how
-    /// many.
+    /// Prints the summary and the failed jobs. The exit status gives their number.
     fn conclude(&self, summary: &str) -> ExitCode {
         let arrived = print(summary);
         for (name, problem) in self.failed.iter().take(MOST_LISTED) {
@@ -133,7 +132,7 @@ impl Tally {
         if self.failed.is_empty() { arrived } else { failures(self.failed.len()) }
     }
 
-    /// "12 jobs: 10 done, 4 of them before; 2 failed".
+    /// "12 jobs: 10 done, 4 of them earlier; 2 failed".
     fn summary(&self) -> String {
         let all = self.ok + self.failed.len() + self.cancelled;
         let mut text = format!("{all} {}: {} done", if all == 1 { "job" } else { "jobs" }, self.ok);
@@ -151,8 +150,7 @@ impl Tally {
 }
 
 impl BatchJob {
-    /// Does the jobs: progress goes to standard error, a summary to standard
-    /// output. The exit status tells how many failed.
+    /// Runs the jobs, with progress on standard error and a summary on standard output. The exit status gives the number of failed jobs.
     pub fn run(&self) -> ExitCode {
         let cancel = cancel_on_interrupt();
         match self.work(&cancel) {
@@ -172,8 +170,7 @@ impl BatchJob {
         }
     }
 
-    /// How it went, and the path of the table; `None` if it was stopped while
-    /// it waited for another.
+    /// Outcome, and path of the table; `None` if stopped while waiting for another batch.
     fn work(&self, cancel: &Cancel) -> anyhow::Result<Option<(Tally, PathBuf)>> {
         if self.output.exists() && !self.output.is_dir() {
             bail!("{} is not a folder; choose another one for the results", self.output.display());
@@ -252,7 +249,7 @@ impl BatchJob {
         Ok(Some((tally, table)))
     }
 
-    /// Refuses to write over what is read, by whichever job.
+    /// Fails if any output would overwrite the input of any job.
     fn check_outputs(&self) -> anyhow::Result<()> {
         let mut inputs = Inputs::default();
         self.manifest.iter().chain(self.jobs.iter().map(|job| &job.input)).for_each(|path| inputs.add(path));
@@ -268,8 +265,7 @@ impl BatchJob {
         Ok(())
     }
 
-    /// The row of a job that was finished before, from the same input with the
-    /// same settings by the same program.
+    /// The row of a job already finished from the same input, settings and program version.
     fn before(&self, job: &Job, inputs: &mut fingerprint::Inputs) -> Option<Row> {
         let (row, made_from) = finished(&self.output.join(&job.name))?;
         let content = inputs.content(&job.input)?;
@@ -277,8 +273,7 @@ impl BatchJob {
         (made_from == wanted).then(|| row.now_of(job))
     }
 
-    /// Rows of the same table that other commands have made, if their results
-    /// are still there.
+    /// Rows of the same table from other commands, if their results still exist.
     fn others(&self) -> Vec<Row> {
         let ours: HashSet<&str> = self.jobs.iter().map(|job| job.name.as_str()).collect();
         let is_there = |row: &Row| self.output.join(&row.name).join(RECORD_FILE).is_file();
@@ -289,7 +284,7 @@ impl BatchJob {
     }
 }
 
-/// Does one job; its files are in place when this returns.
+/// Runs one job; its files are in place on return.
 fn one(job: &Job, exports: &[String], desk: &Desk, cancel: &Cancel, line: &Line) -> anyhow::Result<Row> {
     let start = Instant::now();
     let place = desk.place(job.number).with_context(|| format!("cannot create files for {}", job.name))?;
