@@ -20,7 +20,7 @@ use crate::worker::{Pace, SamplingOptions};
 const LABELS: f32 = 104.0;
 /// Width of an editable number.
 const NUMBER: f32 = 58.0;
-/// How fast a run can be watched.
+/// Display speeds of a run.
 pub(super) const PACES: [(Pace, &str); 5] = [
     (Pace::PerSecond(1), "1/s"),
     (Pace::PerSecond(3), "3/s"),
@@ -140,7 +140,7 @@ fn run(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     live(ui, session, actions);
 }
 
-/// Switches Live; a dot says that a result is on its way.
+/// The check box for Live, with its status.
 fn live(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     ui.horizontal(|ui| {
         let entry = Verb::ToggleLive.entry();
@@ -306,7 +306,7 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     }
 }
 
-/// The named methods, with what they do and where they come from.
+/// The list of methods, with descriptions and references.
 fn method(ui: &mut Ui, params: &Params, actions: &mut Vec<Action>) {
     let present = Method::of(params);
     let tooltip = |m: Method| format!("{}.\n{}", m.tooltip(), m.reference());
@@ -331,8 +331,7 @@ fn method(ui: &mut Ui, params: &Params, actions: &mut Vec<Action>) {
     });
 }
 
-/// Shows what sets a parameter: grey, with the reason in the tooltip, while
-/// the method doesn't read it.
+/// Shows the control of a parameter; disabled, with the reason as tooltip, if the method does not use it.
 fn where_read(ui: &mut Ui, params: &Params, setting: Setting, show: impl FnOnce(&mut Ui) -> Response) {
     let why = params.why_unread(setting);
     ui.add_enabled_ui(why.is_none(), |ui| {
@@ -343,7 +342,7 @@ fn where_read(ui: &mut Ui, params: &Params, setting: Setting, show: impl FnOnce(
     });
 }
 
-/// A label of the width that all rows share; its id.
+/// A label with the common width of all rows; returns its id.
 fn labelled(ui: &mut Ui, text: &str) -> egui::Id {
     let height = theme::ROW;
     ui.allocate_ui_with_layout(vec2(LABELS, height), egui::Layout::left_to_right(egui::Align::Center), |ui| {
@@ -353,7 +352,7 @@ fn labelled(ui: &mut Ui, text: &str) -> egui::Id {
     .inner
 }
 
-/// When a parameter is read that was changed with Live off.
+/// When a change takes effect with Live off.
 #[derive(Debug, Clone, Copy)]
 enum Taken {
     Iteration,
@@ -364,7 +363,7 @@ enum Taken {
 }
 
 impl Taken {
-    /// A tooltip that says so; with Live on there is nothing to wait for.
+    /// The tooltip with this information; with Live on, changes take effect immediately.
     fn after(self, session: &Session, tooltip: &str) -> String {
         let when = if session.live.is_on {
             "Live is on: every change starts a new run."
@@ -381,7 +380,7 @@ impl Taken {
     }
 }
 
-/// A parameter that is one of a few.
+/// A parameter with a few choices.
 struct Choices<'a, T> {
     label: &'static str,
     tooltip: &'static str,
@@ -416,7 +415,7 @@ impl<T: Copy + PartialEq> Choices<'_, T> {
     }
 }
 
-/// A parameter: its label, a slider and the number itself.
+/// A parameter: label, slider and value.
 struct Row {
     label: &'static str,
     tooltip: &'static str,

@@ -13,10 +13,10 @@ const LINE: f32 = 19.0;
 /// Width of the column of times.
 const CLOCK: f32 = 42.0;
 
-/// What of the log is shown.
+/// Filter of the log.
 #[derive(Debug)]
 pub(super) struct Log {
-    /// Messages that matter less are left out.
+    /// Less severe messages are hidden.
     least: Level,
     search: String,
 }

@@ -87,7 +87,7 @@ fn card(ui: &mut Ui, session: &Session, proposal: &MergeProposal, actions: &mut 
     });
 }
 
-/// With a capital and a full stop.
+/// As a sentence, with a capital and a full stop.
 fn sentence(text: &str) -> String {
     let mut letters = text.chars();
     let first = letters.next().map(char::to_uppercase);
@@ -95,8 +95,7 @@ fn sentence(text: &str) -> String {
     if text.ends_with('.') { text } else { format!("{text}.") }
 }
 
-/// A number of the test, as a bar against what it is held against, which spans
-/// from the one to the other number.
+/// A value of the test as a bar, with its limit.
 fn row(ui: &mut Ui, number: &TestNumber, (low, high): (f64, f64)) {
     let palette = Palette::of(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), theme::ROW), Sense::hover());
@@ -150,9 +149,7 @@ fn describe(response: &Response, number: &TestNumber) {
     response.clone().on_hover_text(tooltip);
 }
 
-/// What a bar spans: 0, the value and the threshold, with room at the end; where
-/// there is no threshold the values of the others without one, too, so that
-/// they can be compared.
+/// Range of a bar: 0, the value and the threshold, with some room. Values without a threshold share a range, so that they can be compared.
 fn domain(number: &TestNumber, all: &[TestNumber]) -> (f64, f64) {
     let is_like =
         |n: &&TestNumber| number.threshold.is_none() && n.threshold.is_none() && n.unit == number.unit;

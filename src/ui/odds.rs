@@ -19,12 +19,12 @@ mod strip;
 
 /// Width of the card in logical pixels.
 const WIDTH: f32 = 384.0;
-/// Tables that are always shown.
+/// Number of tables that are always shown.
 const FEW: usize = 5;
-/// Samples whose tables are counted within a frame.
+/// Maximum number of samples for which the odds are computed within a frame.
 const QUICK: usize = 300_000;
 
-/// One of the tables that the point may sit down at.
+/// A table that the point could join.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Table {
     /// By the id of its primitive.
@@ -69,11 +69,11 @@ impl PartialEq for Key {
     }
 }
 
-/// What the card remembers.
+/// State of the card.
 #[derive(Debug, Default)]
 pub(super) struct OddsCard {
     found: Background<Key, Option<Explanation>>,
-    /// Whose terms are written out; those of the likeliest if none was chosen.
+    /// The table whose terms are shown; the likeliest if none is chosen.
     chosen: Option<Table>,
     shows_all: bool,
 }
@@ -169,7 +169,7 @@ impl OddsCard {
         }
     }
 
-    /// Folds the tables with the least odds, or shows them again.
+    /// Hides or shows the least likely tables.
     fn fold(&mut self, ui: &mut Ui, rest: &[&Odds]) {
         let text = if self.shows_all {
             "Show fewer".to_owned()
@@ -192,7 +192,7 @@ fn row_of(explanation: &Explanation, table: Table) -> Option<Row<'_>> {
     }
 }
 
-/// Where it is and whose it is.
+/// Position and primitive of the point.
 fn place(ui: &mut Ui, session: &Session, loaded: &LoadedShape, explanation: &Explanation) {
     let weak = Palette::of(ui).weak;
     if let Some(p) = loaded.cloud.points.get(explanation.sample as usize) {

@@ -120,7 +120,7 @@ fn bar(ui: &mut Ui, view: &View, bar: &Bar<'_>, rect: Rect, actions: &mut Vec<Ac
     }
 }
 
-/// Where the range ends.
+/// Controls for the end of the range.
 fn ends(ui: &mut Ui, view: &View, bar: &Bar<'_>, actions: &mut Vec<Action>) {
     let (_, high) = bar.range;
     let label = ui.label(RichText::new("Up to").small()).id;
