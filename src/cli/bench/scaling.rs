@@ -28,7 +28,7 @@ const LONG: f64 = 20.0;
 const MOST_POINTS: usize = 10_000_000;
 
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Growth")]
+#[command(next_help_heading = "Scaling")]
 pub(super) struct ScalingArgs {
     /// Measure how the run time of one method on one shape (default: the built-in one) grows with
     /// N, K and T
