@@ -43,7 +43,7 @@ pub struct Shape {
     /// For people: the file name without folder, or the built-in shape's name.
     pub name: String,
     pub path: Option<PathBuf>,
-    /// `None` where it was made and not read.
+    /// `None` if it was created rather than read.
     pub content: Option<Content>,
     pub geometry: ShapeGeometry,
     /// What the file says of the points of the cloud, or of the vertices of the mesh.
@@ -57,7 +57,7 @@ pub struct Shape {
 pub enum Content {
     /// The shape that is part of the program.
     BuiltIn,
-    /// A file of so many bytes with this CRC-32.
+    /// Size of a file in bytes, and its CRC-32.
     File { bytes: u64, crc32: u32 },
 }
 
@@ -86,8 +86,7 @@ impl fmt::Debug for PointCloud {
     }
 }
 
-/// What a file says of its points beside their places; each has one entry a
-/// point of the cloud or a vertex of the mesh, in its order.
+/// Attributes of the points in a file; each has one entry per point of the cloud or vertex of the mesh, in order.
 #[derive(Clone, Default, PartialEq)]
 pub struct Attributes {
     /// Red, green and blue.

@@ -16,7 +16,7 @@ const URI: &str = "file:";
 pub struct StoredPath(pub PathBuf);
 
 impl StoredPath {
-    /// The text that stands for a path.
+    /// A path as text.
     pub fn text(path: &Path) -> Cow<'_, str> {
         match path.to_str() {
             Some(text) if !text.starts_with(URI) => Cow::Borrowed(text),
@@ -24,7 +24,7 @@ impl StoredPath {
         }
     }
 
-    /// The path that a text stands for.
+    /// A path from its text.
     pub fn of(text: &str) -> Self {
         Self(match text.strip_prefix(URI) {
             Some(encoded) => path_of(percent_bytes(encoded)),

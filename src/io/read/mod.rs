@@ -32,8 +32,7 @@ pub use results::{FoundAs, LabelledPoints, OpenedResult, holds_primitives, open_
 /// Largest file that is read, in bytes.
 const LARGEST: u64 = 8 << 30;
 
-/// Most bytes that compressed content of so many bytes may become: clouds
-/// shrink to a tenth, what shrinks to less than a hundredth is no cloud.
+/// Maximum decompressed size for this compressed size: clouds compress to about a tenth; anything below a hundredth is not a cloud.
 fn most_unpacked(packed: usize) -> u64 {
     (16 << 20) + 100 * packed as u64
 }

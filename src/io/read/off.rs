@@ -114,7 +114,7 @@ impl<'a> Words<'a> {
         words
     }
 
-    /// Goes to the next line; `false` where there is none.
+    /// Advances to the next line; `false` at the end.
     fn next_line(&mut self) -> bool {
         let Some((number, line)) = self.lines.next() else { return false };
         (self.line, self.words) = (number, line.split_whitespace());

@@ -26,14 +26,14 @@ pub(in crate::io) const VERSION: u32 = 1;
 /// Names by which primitives are looked for in a folder.
 const NAMES: [&str; 3] = [PRIMITIVES_FILE, "primitives.npz", "primitives.csv"];
 
-/// What a file of primitives holds.
+/// Content of a file of primitives.
 #[derive(Debug, Clone, PartialEq)]
 pub struct StoredPrimitives {
     /// The file itself, where a folder was given, too.
     pub path: PathBuf,
-    /// Name of the shape that they stand for, where the file tells.
+    /// Name of the abstracted shape, if known.
     pub input: Option<String>,
-    /// Number of samples that they were made from, where the file tells.
+    /// Number of samples they were computed from, if known.
     pub points: Option<usize>,
     pub seed: Option<u64>,
     pub sampling_seed: Option<u64>,
@@ -44,8 +44,7 @@ pub struct StoredPrimitives {
 }
 
 impl StoredPrimitives {
-    /// Share of the samples that belong to no primitive; `None` where the file
-    /// does not tell how many there were.
+    /// Share of the samples that belong to no primitive; `None` if their number is unknown.
     pub fn unassigned_share(&self) -> Option<f64> {
         let assigned: usize = self.primitives.iter().map(|p| p.points).sum();
         let points = self.points?;

@@ -18,8 +18,7 @@ use crate::io::{Attributes, Content, PointCloud, ReadError, Shape, ShapeGeometry
 
 /// How much of a file is looked at.
 const HEAD: u64 = 4 << 10;
-/// Arrays that tell primitives from points in an NPZ file, by the names of
-/// their members.
+/// Names of arrays that distinguish primitives from points in an NPZ file.
 const MEMBERS: [&str; 4] = ["scale.npy", "rotation.npy", "translation.npy", "exponents.npy"];
 
 /// Whether a file, or the folder of a run, holds primitives rather than a shape,
@@ -51,7 +50,7 @@ pub fn holds_primitives(path: &Path) -> bool {
 pub enum FoundAs {
     /// What was abstracted.
     Input,
-    /// The segmented cloud beside the primitives.
+    /// The segmented cloud next to the primitives.
     Segmented,
     /// The points in the primitives' own file.
     Points,
@@ -88,13 +87,12 @@ impl LabelledPoints {
 #[derive(Debug)]
 pub struct OpenedResult {
     pub stored: StoredPrimitives,
-    /// What the primitives stand for. Its notes tell what it is, where it is not
-    /// the input.
+    /// The abstracted shape. Notes describe it if it is not the input.
     pub shape: Shape,
     pub found_as: FoundAs,
-    /// The segmented cloud beside the primitives.
+    /// The segmented cloud next to the primitives.
     pub segmented: Option<LabelledPoints>,
-    /// How the run sampled the shape, as far as files tell.
+    /// The sampling options of the run, as far as known.
     pub sampling: SamplingOptions,
 }
 
@@ -203,7 +201,7 @@ impl OpenedResult {
     }
 }
 
-/// Where the shape may be that a folder of results is of, as its report tells.
+/// Possible locations of the shape of a result folder, from its report.
 pub(in crate::io) fn places_of_shape(folder: &Path) -> Vec<PathBuf> {
     let path = folder.join(REPORT_FILE);
     let report: Option<Report> =
@@ -229,7 +227,7 @@ struct Wish<T> {
     asked_for: T,
 }
 
-/// Early reports told neither the content nor the way from the report.
+/// Early reports contain neither size and checksum nor a relative path.
 #[derive(Debug, Deserialize)]
 struct Input {
     name: String,
@@ -244,7 +242,7 @@ struct Input {
 }
 
 impl Report {
-    /// The one beside the primitives, if it is of the same run; else why not.
+    /// The report next to the primitives, if it belongs to the same run; otherwise the reason.
     fn beside(stored: &StoredPrimitives) -> Result<Self, String> {
         let path = stored.path.with_file_name(REPORT_FILE);
         let Ok(bytes) = super::content(&path) else {
@@ -290,7 +288,7 @@ impl Input {
         }))
     }
 
-    /// Where the shape may be, as the report beside a file tells.
+    /// Possible locations of the shape, from the report next to a file.
     fn places(&self, beside: &Path) -> Vec<PathBuf> {
         let folder = beside.parent().unwrap_or(Path::new(""));
         let written =
@@ -371,8 +369,7 @@ fn labelled(cloud: &Shape, stored: &StoredPrimitives) -> Option<LabelledPoints> 
     Some(LabelledPoints { points: points.clone(), labels })
 }
 
-/// Whether a segmented cloud of so many points can be that of the run: it has
-/// all points of a cloud, and all samples of a mesh.
+/// Whether a segmented cloud with this many points can belong to the run: it has all points of a cloud, or all samples of a mesh.
 fn belongs(points: usize, input: Option<&Shape>, report: &Option<Report>, stored: &StoredPrimitives) -> bool {
     let of_input = match (input.map(|shape| &shape.geometry), report) {
         (Some(ShapeGeometry::Cloud(cloud)), _) => Some(cloud.points.len()),

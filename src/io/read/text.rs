@@ -125,7 +125,7 @@ pub(super) fn quoted(token: &str) -> String {
     quoted_up_to(token, 24)
 }
 
-/// The same, of so many characters at most.
+/// The same, with this many characters at most.
 pub(super) fn quoted_up_to(token: &str, most: usize) -> String {
     format!("“{}”", shortened(token, most))
 }

@@ -45,8 +45,7 @@ impl std::fmt::Debug for AnimationWriter {
 }
 
 impl AnimationWriter {
-    /// Begins an animation of `frames` pictures of `size` pixels, each shown
-    /// for so many `seconds` (GIFs count in hundredths).
+    /// Starts an animation of `frames` pictures of `size` pixels, each shown for `seconds` (rounded to hundredths in a GIF).
     ///
     /// # Errors
     /// Where nothing can be written there: also where the folder of PNGs is

@@ -321,8 +321,7 @@ pub(super) fn mean_place(points: &[Point3<f64>]) -> u64 {
     (characters / count) as u64
 }
 
-/// A number as all readers take it: the shortest text that reads as the same
-/// number, and `nan` where it is none.
+/// A number as accepted by all readers: the shortest text that reads back as the same number, or `nan`.
 pub(super) struct Text<T>(pub(super) T);
 
 macro_rules! text {

@@ -17,19 +17,16 @@ use crate::io::{ShapeGeometry, WriteError};
 /// What was written.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Exported {
-    /// The file that was asked for, and those beside it that it refers to.
+    /// The requested file, and the files it refers to.
     pub files: Vec<PathBuf>,
     /// What of the result the file can't say, one sentence each.
     pub notes: Vec<String>,
 }
 
-/// Writes the result to a file of the format, and the files that it refers to
-/// (materials, meshes) beside it: all of them or none.
+/// Writes the result to a file of the format, with the files it refers to (materials, meshes) next to it: all or none.
 ///
 /// # Errors
-/// Where a file can't be written, an option is out of its limits, the format
-/// needs a mesh and the input is none, or the result has something that the
-/// format can't hold.
+/// If a file cannot be written, an option is out of range, the format needs a mesh but the input is not one, or the format cannot represent the result.
 pub fn export(
     path: &Path,
     format: Format,
@@ -65,12 +62,10 @@ fn alone(
     writing.finish()
 }
 
-/// Writes the result into a folder under several names, each of which tells
-/// its format ([`Format::from_path`]): all files or none. The folder is made if
-/// it isn't there.
+/// Writes the result to a folder under several names, which determine the formats ([`Format::from_path`]): all files or none. The folder is created if missing.
 ///
 /// # Errors
-/// As [`export`], and where a name tells no format.
+/// As [`export`], or if a name has no known format.
 pub fn export_all(
     folder: &Path,
     names: &[String],
@@ -161,7 +156,7 @@ pub fn outputs(path: &Path, format: Format, options: &ExportOptions) -> Vec<Path
     outputs
 }
 
-/// The file beside an OBJ that has its colours, if there is a place beside it.
+/// The colour file next to an OBJ, if one can be written.
 fn materials(path: &Path) -> Option<PathBuf> {
     // The OBJ is text, and must be able to name it.
     let name = path.with_extension("mtl").file_name()?.to_string_lossy().into_owned();
@@ -204,7 +199,7 @@ pub(super) struct Writing {
 }
 
 impl Writing {
-    /// Adds files of a folder, each in the format that its name tells.
+    /// Adds files of a folder, with formats from their names.
     pub(super) fn all(
         &mut self,
         folder: &Path,

@@ -72,7 +72,7 @@ fn local(frame: &Isometry3<f64>, p: &Point3<f64>) -> Point3<f64> {
     frame.inverse_transform_point(p)
 }
 
-/// Refuses what single precision can't hold, and tells where it is coarse.
+/// Rejects values out of range for single precision, and notes where it is coarse.
 pub(super) fn single_precision(parts: &Parts) -> io::Result<Option<String>> {
     for (part, faces) in parts.parts.iter().zip(parts.by_part()) {
         let (_, used) = renumbered(&faces, parts.vertices.len());

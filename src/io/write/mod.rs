@@ -43,7 +43,7 @@ pub const SEGMENTED_FILE: &str = "segmented.ply";
 pub const PRIMITIVES_FILE: &str = "primitives.json";
 pub const REPORT_FILE: &str = "report.json";
 
-/// A state of a run with all that it came from: what the files are made of.
+/// A state of a run with its inputs, from which the files are written.
 #[derive(Debug, Clone, Copy)]
 pub struct Outcome<'a> {
     /// Of the primitives and their points.
@@ -61,10 +61,7 @@ pub struct Outcome<'a> {
 /// `primitives.json`; −1 where the point belongs to none); then, where the
 /// input says so of its points, `nx ny nz` (float), `input_label` and
 /// `input_red input_green input_blue`.
-///
-/// For an input cloud these are all its points in input order, each with the
-/// label of the sample that stands for it; points that are not finite are
-/// written as they were, with label −1. For an input mesh its samples are the
+/// For an input cloud: all its points in input order, each with the label of its sample. Non-finite points are written unchanged, with label −1. For an input mesh its samples are the
 /// cloud.
 ///
 /// # Errors
@@ -94,13 +91,10 @@ pub fn write_picture(path: &Path, picture: &image::RgbaImage) -> Result<(), Writ
     Staged::with(path, |w| picture.write_to(w, image::ImageFormat::Png).map_err(io::Error::other))?.persist()
 }
 
-/// Writes the three files of a run into a folder, which is made if it isn't
-/// there, and more under names that tell their formats
-/// ([`Format::from_path`]): all files or none.
+/// Writes the three files of a run to a folder, which is created if missing, and further files with formats from their names ([`Format::from_path`]): all files or none.
 ///
 /// # Errors
-/// Where one of them can't be written or a name tells no format; then none is,
-/// what stood there stays, and a folder made for them is gone again.
+/// If one of them cannot be written or a name has no known format. Then none is written, existing files are unchanged, and a folder created for them is removed.
 pub fn write_run(
     folder: &Path,
     more: &[String],

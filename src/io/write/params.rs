@@ -23,7 +23,7 @@ pub struct PrimitiveSet<'a> {
     pub colors: &'a Colors,
     /// Name of the shape that they stand for.
     pub input: Option<&'a str>,
-    /// Number of samples that they were made from.
+    /// Number of samples they were computed from.
     pub points: Option<usize>,
     /// The samples, and for each the id of its primitive.
     pub samples: Option<(&'a [Point3<f64>], &'a [u32])>,
@@ -64,7 +64,7 @@ pub(in crate::io) struct PrimitiveEntry {
     pub(in crate::io) mean_distance: f64,
 }
 
-/// Refuses a primitive that nothing could be made of.
+/// Rejects invalid primitives.
 pub(super) fn checked(p: &Primitive) -> io::Result<&Primitive> {
     if p.shape.is_valid() && p.sigma.is_finite() && p.mean_distance.is_finite() {
         return Ok(p);

@@ -28,7 +28,7 @@ const WELD: f64 = 1e-6;
 /// What there is to say of a part.
 #[derive(Debug, Clone)]
 pub(super) struct Part {
-    /// The id of its primitive; −1 for none.
+    /// The id of its primitive; −1 if unassigned.
     pub(super) label: i32,
     /// `primitive-ID` or `unassigned`.
     pub(super) name: String,
@@ -54,9 +54,7 @@ fn name_of(label: i32) -> String {
 }
 
 impl Parts {
-    /// The input mesh, its faces in their order (unless they are cut) and
-    /// labelled by the samples next to them. Parts are in the order of their
-    /// ids; what belongs to none comes last.
+    /// The input mesh with its faces in order (unless they are cut), labelled by the nearest samples. Parts are sorted by id; unassigned faces come last.
     pub(super) fn of_mesh(
         mesh: &TriMesh,
         outcome: &Outcome<'_>,
@@ -128,7 +126,7 @@ impl Parts {
         &self.parts[self.part_of_face[face] as usize]
     }
 
-    /// Refuses what single precision can't hold, and tells where it is coarse.
+    /// Rejects values out of range for single precision, and notes where it is coarse.
     pub(super) fn single_precision(&self) -> io::Result<Option<String>> {
         rounding(self.vertices.iter())
     }
@@ -219,7 +217,7 @@ struct Welder {
 }
 
 impl Welder {
-    /// The number of the place at a point, a new one if there is none.
+    /// The index of the vertex at a point, added if new.
     fn place(&mut self, p: Vector3<f64>) -> u32 {
         let cell = <[i64; 3]>::from(p.map(|c| (c / WELD).floor() as i64));
         for step in 0..27 {

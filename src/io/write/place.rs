@@ -7,16 +7,15 @@ use std::path::{Path, PathBuf};
 
 use super::standard::print;
 
-/// What stands for standard output where a file is named. A file of that name
-/// is `./-`.
+/// The name of standard output. A file of that name is `./-`.
 const STANDARD_OUTPUT: &str = "-";
 /// As many links in a row as Linux follows.
 const MOST_LINKS: usize = 40;
 
-/// What a path stands for, all links followed.
+/// The target of a path, with all links followed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Place {
-    /// A file that is there, or the name of one to be made.
+    /// An existing file, or the name of a new one.
     File(PathBuf),
     StandardOutput,
     StandardError,
@@ -72,8 +71,7 @@ pub fn is_standard_output(path: &Path) -> bool {
     matches!(Place::of(path), Ok(Place::StandardOutput))
 }
 
-/// Whether a path is no place for a file, so that there is nothing beside it,
-/// either.
+/// Whether a path is written directly, so that no files can be placed next to it.
 pub fn is_written_through(path: &Path) -> bool {
     Place::of(path).is_ok_and(|place| place.file().is_none())
 }

@@ -19,7 +19,7 @@ pub struct RunRecord {
     pub clusters: Vec<usize>,
     pub merges: Vec<MergeReport>,
     pub times: PhaseTimes,
-    /// The folder that the report is for, where it is made in another.
+    /// The final folder of the report, if it is created elsewhere.
     pub home: Option<PathBuf>,
 }
 
@@ -121,7 +121,7 @@ impl SurfaceEntry {
 struct IsolatedEntry {
     asked_for: Isolated,
     points_left_out: usize,
-    /// Those of them that no sample stands for.
+    /// Points without a sample.
     points_unlabelled: usize,
     note: Option<String>,
 }
@@ -189,7 +189,7 @@ fn relative(path: &Path, folder: &Path) -> Option<String> {
     Some(up.chain(down).collect::<Option<Vec<_>>>()?.join("/"))
 }
 
-/// `folder` is the one that the report goes to.
+/// `folder` is the target folder of the report.
 pub(super) fn report_json(
     w: &mut impl Write,
     folder: &Path,

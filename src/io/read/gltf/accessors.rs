@@ -75,7 +75,7 @@ pub(super) struct Data<'a> {
     buffers: Vec<Result<Cow<'a, [u8]>, Fault>>,
 }
 
-/// Where numbers lie.
+/// Layout of the numbers.
 struct Place {
     view: usize,
     offset: usize,

@@ -188,7 +188,7 @@ fn load(
     Ok(Array { header: header.clone(), body: Cow::Owned(body) })
 }
 
-/// The first three numbers of so many rows.
+/// The first three numbers of each row.
 fn triples(array: &Array<'_>, count: usize) -> Vec<[f32; 3]> {
     let Some(grid) = Grid::of(&array.header) else { return Vec::new() };
     let rows = array.rows(&grid, 0, 3);

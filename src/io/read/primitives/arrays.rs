@@ -51,7 +51,7 @@ impl<'a> Archive<'a> {
         self.members().any(|n| n.strip_suffix(".npy") == Some(name))
     }
 
-    /// The array of that name; `None` where there is none.
+    /// The array with this name; `None` if it does not exist.
     pub(super) fn get(&mut self, name: &str) -> Result<Option<Array>, Fault> {
         if !self.has(name) {
             return Ok(None);
@@ -152,7 +152,7 @@ impl Array {
         })
     }
 
-    /// The text at a place; `None` where the array holds none.
+    /// The string at an index; `None` if the array contains no strings.
     pub(super) fn text(&self, at: usize) -> Option<String> {
         let value = self.data.chunks_exact(self.width).nth(at)?;
         let text: String = match self.kind {

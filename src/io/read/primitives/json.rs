@@ -13,7 +13,7 @@ use crate::io::write::{PRIMITIVES_FILE, PrimitiveEntry};
 /// written with six digits.
 const ORTHONORMAL: f64 = 1e-5;
 
-/// What tells the format; the rest is looked at once that is known.
+/// The fields that identify the format, read first.
 #[derive(Debug, Deserialize)]
 struct Head {
     format: Option<String>,
