@@ -1,4 +1,4 @@
-//! Superform: a 3D shape becomes a handful of tapered superquadrics.
+//! Superform turns a 3D shape into a small number of tapered superquadrics.
 //!
 //! The crate implements the nonparametric Bayesian shape abstraction of Wu,
 //! Liu, Ruan and Chirikjian (*Primitive-based Shape Abstraction via
@@ -12,14 +12,14 @@
 //!                                          ▲──────────── Command ────────────────┘
 //! ```
 //!
-//! | module | what lives there | may use |
+//! | module | content | may use |
 //! |---|---|---|
 //! | [`geometry`] | the tapered superquadric, meshes, clouds, sampling, neighbours, metrics | nothing of ours |
 //! | [`inference`] | the sampler: seeded, pure, no clock | `geometry` |
 //! | [`io`] | reading and writing files | `geometry`, `inference` |
 //! | [`worker`] | the background thread and its protocol | `inference`, `io`, `geometry` |
-//! | [`session`] | what the window knows, as plain data | `worker`, `inference`, `io`, `geometry` |
-//! | [`project`] | the session file, the journal that is kept all the time | `session`, and what it uses |
+//! | [`session`] | the state behind the window, as plain data | `worker`, `inference`, `io`, `geometry` |
+//! | [`project`] | the session file and the recovery journal | `session`, and what it uses |
 //! | `render` | wgpu pipelines | `geometry` |
 //! | `pictures` | pictures without a window | `project`, `render`, and what they use |
 //! | `ui` | egui panels and the viewport | `pictures::frame`, `session`, `render`, `worker`, `inference`, `io`, `geometry` |

@@ -1,10 +1,10 @@
 #!/bin/sh
 # Installs a built superform with its menu entry, icon, file types, shell
-# completions and manual pages below a prefix; `--remove` takes all of it away.
+# completions and manual pages to a prefix; `--remove` uninstalls everything.
 #
 #     assets/linux/install.sh [--remove] [PREFIX [PROGRAM]]
 #
-# PREFIX is ~/.local if it isn't given, PROGRAM target/release/superform.
+# PREFIX defaults to ~/.local, PROGRAM to target/release/superform.
 set -eu
 
 here=$(CDPATH='' cd -- "$(dirname -- "$0")" && pwd)
@@ -26,7 +26,7 @@ zsh=$prefix/share/zsh/site-functions/_superform
 fish=$prefix/share/fish/vendor_completions.d/superform.fish
 manual=$prefix/share/man/man1
 
-# Tells the desktop; it finds out by itself where these programs are missing.
+# Updates the desktop's caches, if these programs are installed.
 tell() {
     if command -v update-desktop-database >/dev/null; then
         update-desktop-database -q "$prefix/share/applications" || true
@@ -45,7 +45,7 @@ if $remove; then
 fi
 
 if [ ! -x "$program" ]; then
-    echo "install.sh: there is no program $program; build it first: cargo build --release" >&2
+    echo "install.sh: $program not found; build it first: cargo build --release" >&2
     exit 1
 fi
 install -D -m 755 "$program" "$bin"

@@ -1,16 +1,16 @@
 #!/usr/bin/env python3
-"""Abstracts the shapes of a list on a Ray cluster, with Superform's command line
-as the unit of work.
+"""Runs a list of shapes on a Ray cluster, with Superform's command line as the
+unit of work.
 
     superform_ray.py jobs.csv -o results --workers 8 -- --alpha 0.3
 
-A task does a few lines of the list (`superform run --lines A..B`). What a task
-finishes is on disk for good; a task whose process, worker or machine is killed
-is done again by Ray, and finds there what was finished. At the end all results
-are in one table. The same command again does only what is not finished.
+Each task runs a few lines of the list (`superform run --lines A..B`). Finished
+jobs are safely on disk; if a process, worker or machine is killed, Ray repeats
+its tasks, which skip finished jobs. At the end, all results are in one table.
+Repeating the command runs only unfinished jobs.
 
-All machines must see the list, the shapes and the folder of the results under
-the same paths, and have the program. What follows -- is for `superform run`.
+All machines must have the program and see the list, the shapes and the output
+folder under the same paths. Arguments after -- are passed to `superform run`.
 """
 
 import argparse
@@ -22,15 +22,15 @@ import sys
 
 import ray
 
-# Exit statuses of `superform run`: 10 + n where n jobs failed for good, because
-# of their input. Nothing is gained by doing these again.
+# Exit statuses of `superform run`: 10 + n if n jobs failed because of their
+# input. Repeating these does not help.
 FAILED_JOBS = range(11, 111)
 
 
 def count_jobs(manifest):
     """The number of jobs in a list: rows of CSV below the header, or JSON lines.
 
-    One too many does no harm: the program finds nothing to do there.
+    Counting one too many is harmless: the program finds nothing to do there.
     """
     text = manifest.read_text(encoding="utf-8-sig")
     if text.lstrip().startswith("{"):
@@ -42,16 +42,16 @@ def count_jobs(manifest):
 
 
 def chunks(jobs, size):
-    """Parts of the list as (first, last), counted from 1, both ends belonging to it."""
+    """Parts of the list as (first, last), counted from 1, inclusive."""
     return [(first, min(first + size - 1, jobs)) for first in range(1, jobs + 1, size)]
 
 
 class Interrupted(Exception):
-    """The program ended before it was done: it was killed, or told to stop."""
+    """The program was killed or stopped before it finished."""
 
 
 def abstract(command, first, last):
-    """Does some lines of the list; returns the exit status."""
+    """Runs some lines of the list; returns the exit status."""
     status = subprocess.run([*command, "--lines", f"{first}..{last}"], check=False).returncode
     if status not in (0, 1, 2) and status not in FAILED_JOBS:
         raise Interrupted(f"lines {first} to {last}: the program ended with status {status}")
@@ -63,12 +63,12 @@ def main():
     parser.add_argument("manifest", type=pathlib.Path, help="list of jobs: CSV with a header, or JSON lines")
     parser.add_argument("-o", "--output", type=pathlib.Path, required=True, help="folder for the results")
     parser.add_argument("--workers", type=int, default=None, metavar="N",
-                        help="tasks at a time [default: one a core of the cluster]")
-    parser.add_argument("--chunk", type=int, default=8, metavar="N", help="lines a task [default: %(default)s]")
+                        help="parallel tasks [default: one per core of the cluster]")
+    parser.add_argument("--chunk", type=int, default=8, metavar="N", help="lines per task [default: %(default)s]")
     parser.add_argument("--retries", type=int, default=5, metavar="N",
-                        help="how often a task is done again that was killed [default: %(default)s]")
+                        help="how often a killed task is repeated [default: %(default)s]")
     parser.add_argument("--superform", default="superform", metavar="PROGRAM", help="the program")
-    parser.add_argument("--address", default=None, help="the cluster; without it, one is started on this machine")
+    parser.add_argument("--address", default=None, help="address of the cluster; without it, a local one is started")
     end = sys.argv.index("--") if "--" in sys.argv else len(sys.argv)
     args, settings = parser.parse_args(sys.argv[1:end]), sys.argv[end + 1:]
 
@@ -93,8 +93,8 @@ def main():
             try:
                 status = ray.get(result)
             except (Interrupted, ray.exceptions.RayError) as error:
-                # Given up after all retries; the others go on.
-                print(f"a task was given up: {error}", file=sys.stderr)
+                # Failed after all retries; the others continue.
+                print(f"a task failed after all retries: {error}", file=sys.stderr)
                 broken += 1
             else:
                 broken += status in (1, 2)
@@ -102,7 +102,7 @@ def main():
 
     merged = subprocess.run([args.superform, "merge-results", str(output)], check=False).returncode
     if broken:
-        print(f"{broken} tasks were not done; the same command does what is not finished", file=sys.stderr)
+        print(f"{broken} tasks failed; repeat the command to run unfinished jobs", file=sys.stderr)
         return 1
     return merged
 

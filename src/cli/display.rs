@@ -1,4 +1,4 @@
-//! Whether a window can be opened at all.
+//! Whether a window can be opened.
 
 /// Why no window can be opened here, or `None` if it is worth a try.
 pub fn why_no_display() -> Option<String> {

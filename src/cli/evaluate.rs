@@ -1,4 +1,4 @@
-//! Measuring a stored result against a shape.
+//! `superform evaluate`: measures a stored result against a shape.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;

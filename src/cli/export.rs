@@ -1,4 +1,4 @@
-//! `superform export`: a result in other formats.
+//! `superform export`: exports a result to other formats.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};

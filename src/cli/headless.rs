@@ -1,4 +1,4 @@
-//! The job without a window: one shape, to its files.
+//! A run without a window: one shape, with its output files.
 
 use std::path::PathBuf;
 use std::process::ExitCode;

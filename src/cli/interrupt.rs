@@ -1,4 +1,4 @@
-//! Ctrl-C, TERM and HUP: ask for an end, insist at the second time.
+//! Handles Ctrl-C, TERM and HUP: the first asks for an orderly stop, the second ends the program.
 
 use std::process::ExitCode;
 

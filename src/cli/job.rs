@@ -1,5 +1,5 @@
-//! One run: a shape is read, sampled and abstracted. What `run` does once, and
-//! a batch many times.
+//! A single run: reads a shape, samples it and abstracts it. Used once by `run` and many times by a
+//! batch.
 
 use std::path::Path;
 use std::sync::Arc;

@@ -1,4 +1,4 @@
-//! Warnings and errors that the program logs, for the window to show.
+//! Collects logged warnings and errors for the window's log.
 
 use std::fmt::Write as _;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};

@@ -1,5 +1,4 @@
-//! What the program says: results on standard output, everything else on
-//! standard error.
+//! Output of the program: results on standard output, everything else on standard error.
 
 use std::io::{self as stdio, Write as _};
 use std::process::ExitCode;

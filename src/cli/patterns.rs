@@ -1,4 +1,4 @@
-//! Patterns of names, as shells have them, also where names are no text.
+//! File name patterns as in shells, also for names that are not valid text.
 
 use std::fs;
 use std::path::{Component, Path, PathBuf};

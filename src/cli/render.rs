@@ -1,4 +1,4 @@
-//! `superform render`: pictures of results without a window.
+//! `superform render`: renders results without a window.
 
 #[cfg(feature = "window")]
 mod inputs;
@@ -75,7 +75,7 @@ struct CameraArgs {
 }
 
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Look")]
+#[command(next_help_heading = "Appearance")]
 struct LookArgs {
     /// Background and text colours
     #[arg(long, value_enum, default_value_t = ThemeChoice::Dark)]

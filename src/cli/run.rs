@@ -1,4 +1,4 @@
-//! `superform run`: one shape, or many.
+//! `superform run`: abstracts one shape or many.
 
 use std::path::{Path, PathBuf};
 

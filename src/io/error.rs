@@ -75,7 +75,7 @@ impl Fault {
         Self { place: None, problem: problem.into() }
     }
 
-    /// The same fault of a text that so many lines stand before.
+    /// The same fault in a text that follows this many lines.
     pub(super) fn after_lines(mut self, lines: usize) -> Self {
         if let Some(Place::Line(line)) = &mut self.place {
             *line += lines;

@@ -1,4 +1,4 @@
-//! What a command reads is never written over.
+//! Keeps commands from overwriting their own input files.
 
 use std::collections::HashMap;
 use std::fs;
@@ -15,8 +15,7 @@ use super::write::is_standard_output;
 pub struct Inputs(HashMap<Identity, PathBuf>);
 
 impl Inputs {
-    /// Adds a file, and the buffers beside it if it is a glTF text. What is not
-    /// there can't be written over.
+    /// Adds a file and, for a glTF text, its external buffers. Missing files cannot be overwritten.
     pub fn add(&mut self, path: &Path) {
         for path in buffers_beside(path).into_iter().chain([path.to_owned()]) {
             if let Some(identity) = Identity::of(&path) {

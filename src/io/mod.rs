@@ -1,5 +1,5 @@
-//! Reading shapes and writing results. Kind is told from content; errors say
-//! what, where and what to do; files are written whole or not at all.
+//! Reads shapes and writes results. Formats are detected by content; errors say what is wrong,
+//! where, and what to do; files are written completely or not at all.
 
 mod caught;
 mod content;

@@ -1,4 +1,4 @@
-//! Paths in files that are text.
+//! Paths stored in text files.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};
@@ -14,7 +14,7 @@ const URI: &str = "file:";
 pub struct StoredPath(pub PathBuf);
 
 impl StoredPath {
-    /// The text that stands for a path.
+    /// A path as text.
     pub fn text(path: &Path) -> Cow<'_, str> {
         match path.to_str() {
             Some(text) if !text.starts_with(URI) => Cow::Borrowed(text),
@@ -22,7 +22,7 @@ impl StoredPath {
         }
     }
 
-    /// The path that a text stands for.
+    /// A path from its text.
     pub fn of(text: &str) -> Self {
         Self(match text.strip_prefix(URI) {
             Some(encoded) => path_of(percent_bytes(encoded)),

@@ -59,8 +59,7 @@ impl fmt::Debug for PointCloud {
     }
 }
 
-/// What a file says of its points beside their places; each has one entry a
-/// point of the cloud or a vertex of the mesh, in its order.
+/// Attributes of the points in a file; each has one entry per point of the cloud or vertex of the mesh, in order.
 #[derive(Clone, Default, PartialEq)]
 pub struct Attributes {
     /// Red, green and blue.

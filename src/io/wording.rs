@@ -1,5 +1,4 @@
-//! Words for what the operating system refuses, and for names that hold
-//! anything.
+//! Messages for errors of the operating system, and escaping of names with arbitrary characters.
 
 use std::borrow::Cow;
 use std::io::{Error, ErrorKind};

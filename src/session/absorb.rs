@@ -1,4 +1,4 @@
-//! What the worker tells.
+//! Events from the worker.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -14,7 +14,7 @@ use crate::worker::{Activity, Cause, Command, Event, Helper, LoadedShape, Measur
 const MEASURED: usize = 512;
 
 impl Session {
-    /// Takes in what the worker tells.
+    /// Handles an event from the worker.
     pub fn absorb(&mut self, event: Event) -> Vec<Effect> {
         match event {
             Event::Loaded(shape) => self.absorb_shape(shape),
@@ -80,9 +80,7 @@ impl Session {
         Vec::new()
     }
 
-    /// A thread of the worker has ended, and another has taken its place. That of
-    /// the sampler is told the settings; the shown state it gets with the next
-    /// work that goes on from there.
+    /// Handles a worker thread that has died and been replaced. A new sampler thread gets the settings; it gets the shown state with the next request that continues from it.
     fn absorb_end(&mut self, who: Helper, error: &str) -> Vec<Effect> {
         let (what, advice) = match who {
             Helper::Sampler => (
@@ -125,7 +123,7 @@ impl Session {
         vec![Effect::Send(Command::SetParams(self.params)), Effect::Send(Command::SetPace(self.pace))]
     }
 
-    /// Keeps what was measured, if its state still matters.
+    /// Stores a measurement, if its state is still relevant.
     pub(super) fn keep_measurement(&mut self, measurement: Arc<Measurement>) {
         let key = measurement.snapshot.key;
         if self.timeline.branches().iter().flat_map(|b| &b.states).any(|s| s.key == key) {
@@ -209,7 +207,7 @@ impl Session {
         }
     }
 
-    /// Makes a state the present one.
+    /// Makes a state the current one.
     pub(super) fn show_state(&mut self, snapshot: Arc<Snapshot>) {
         self.merges_are_exhausted = false;
         self.snapshot = Some(snapshot);
@@ -219,8 +217,7 @@ impl Session {
         self.settle_draft();
     }
 
-    /// The work that was asked for has succeeded: what went wrong before it
-    /// matters no more.
+    /// The requested work has succeeded: earlier errors are no longer relevant.
     fn dismiss_answered(&mut self) {
         if let Some(number) = self.answered.take() {
             self.messages.dismiss_errors_until(number);

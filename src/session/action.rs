@@ -1,6 +1,5 @@
-//! Everything a person can ask for. What takes no argument is a [`Verb`], with
-//! its text, tooltip and shortcut in one table from which menus, buttons,
-//! keys and the help page are made.
+//! All user actions. Actions without an argument are [`Verb`]s, with text, tooltip and shortcut in
+//! one table that menus, buttons, keys and the help page share.
 
 use std::path::PathBuf;
 
@@ -25,23 +24,23 @@ use crate::worker::{Pace, SamplingOptions};
 #[derive(Debug, Clone, PartialEq)]
 pub enum Action {
     Verb(Verb),
-    /// Chosen from the list of all commands, under this name.
+    /// A verb chosen from the command palette, under this name.
     FromList(String, Box<Action>),
     OpenFile(PathBuf),
     /// Files that were dropped onto the window.
     OpenDropped(Bulk<Vec<PathBuf>>),
-    /// A file that was open before, if it is still there.
+    /// Opens a recent file, if it still exists.
     OpenRecent(PathBuf),
-    /// A file that was open before is no longer there.
+    /// A recent file that no longer exists.
     ForgetRecent(PathBuf),
     /// Shows a file in the system's file manager.
     ShowInFolder(PathBuf),
     /// Opens an address in the browser.
     OpenLink(&'static str),
-    /// Writes the shown state as it was chosen last.
+    /// Exports the shown state with the last options.
     Export(PathBuf),
     SetExport(ExportChoice),
-    /// Takes the primitives of a file in place of the shown ones.
+    /// Replaces the shown primitives with those in a file.
     TakeFrom(PathBuf),
     /// The same from a text.
     Paste(Bulk<String>),
@@ -49,33 +48,31 @@ pub enum Action {
     /// Writes the session to a file.
     SaveSession(PathBuf),
     OpenSession(Opening),
-    /// Deletes what was left behind, by its id.
+    /// Deletes a session offered for recovery, by id.
     DiscardFound(u64),
-    /// Leaves what was left behind for the next start.
+    /// Postpones recovery to the next start.
     PutOffFound,
     AnswerParting(PartingAnswer),
-    /// As the dialog that asked for the path was set.
+    /// With the settings of the dialog that asked for the path.
     SavePicture(PictureKind, PathBuf),
     SetParams(Params),
-    /// Takes the parameters of a method; the seed stays.
+    /// Sets the parameters of a method, except the seed.
     SetMethod(Method),
     SetSampling(SamplingOptions),
     SetPace(Pace),
-    /// A slider was let go, or has been held still for a while.
+    /// A slider was released, or has not moved for a while.
     HandRests,
-    /// Shows what the hand makes of a primitive; the end of the gesture makes it
-    /// an edit.
+    /// Previews a change to a primitive; the end of the gesture makes it an edit.
     DraftShape(ShapeDraft),
-    /// Runs with the parameters and samples as they are set now.
+    /// Runs with the current parameters and samples.
     RunAsSet,
-    /// The hand has let go of whatever it dragged: what comes next is another
-    /// step for undo.
+    /// A drag has ended: the next change is a new undo step.
     EndGesture,
-    /// Changes the shown state by hand.
+    /// Edits the shown state.
     Edit(Edit),
-    /// Judges the merge of two primitives.
+    /// Tests the merge of two primitives.
     ProposeMergeOf(u32, u32),
-    /// Shows a state of the present branch, the last where there are fewer.
+    /// Shows a state of the current branch, or the last if there are fewer.
     ShowState(usize),
     /// Shows another branch, by id.
     SwitchBranch(u32),
@@ -83,27 +80,27 @@ pub enum Action {
     RemoveBranch(u32),
     /// Shows a state of another branch, by id.
     ShowStateOf(u32, usize),
-    /// So many seconds have passed while the timeline is played.
+    /// Seconds elapsed during playback.
     PlayOn(f64),
-    /// States a second.
+    /// States per second.
     SetPlaySpeed(u32),
     SetCurve(Curve, bool),
-    /// Shows another state beside the present one, or no more.
+    /// Starts or stops comparing with another state.
     Compare(Option<Comparison>),
-    /// What moves the camera, for the view of the state beside.
+    /// A camera action for the view of the compared state.
     InOther(Box<Action>),
-    /// Undoes so many steps.
+    /// Undoes this many steps.
     GoBack(usize),
-    /// Makes so many steps again that were undone.
+    /// Redoes this many steps.
     GoOn(usize),
-    /// Makes the run with that seed a branch and shows it.
+    /// Opens the run with this seed as a branch.
     TakeSeed(u64),
     SetSeedOrder(SeedOrder),
     /// Shows the odds of a sample.
     Explain(Option<u32>),
     /// Selects one primitive, or none.
     Select(Option<u32>),
-    /// Adds a primitive to the selection, or takes it out.
+    /// Adds a primitive to the selection or removes it.
     ToggleSelected(u32),
     /// Changes the selection of primitives, by their ids.
     SelectPrimitives {
@@ -121,11 +118,11 @@ pub enum Action {
     /// Diameter in logical pixels.
     SetPointSize(f32),
     SetColorBy(ColorBy),
-    /// Where the colour bar ends.
+    /// End of the colour bar.
     SetLegendTop(Top),
-    /// States over which the uncertainty of labels is taken.
+    /// Number of states over which the uncertainty of labels is computed.
     SetUncertaintyWindow(u32),
-    /// Whether boxes and lassos leave out what is hidden behind something else.
+    /// Whether boxes and lassos ignore what is hidden behind something else.
     SetVisibleOnly(bool),
     SetUpAxis(UpAxis),
     /// Angles in radians.
@@ -144,18 +141,18 @@ pub enum Action {
     SetPivot(Point3<f64>),
     /// Width / height of the viewport.
     SetAspect(f64),
-    /// Closes the error box for all errors up to the one with this number.
+    /// Closes all errors up to the one with this number.
     DismissError(u64),
-    /// Whether the window has room for one side panel only.
+    /// Whether the window has room for only one side panel.
     SetNarrow(bool),
-    /// Something that is to be said.
+    /// A message.
     Say(Message),
-    /// Something outside the session went wrong.
+    /// An error outside the session.
     Tell {
         what: String,
         error: String,
     },
-    /// Something outside the session went well.
+    /// A success outside the session.
     Note(String),
 }
 
@@ -163,11 +160,11 @@ pub enum Action {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum PictureKind {
     Still,
-    /// Many, once around the shape.
+    /// A full turn around the shape.
     Turntable,
 }
 
-/// A key, by what is printed on it.
+/// A key, by its label.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Key {
     Char(char),
@@ -226,7 +223,7 @@ impl std::fmt::Display for Shortcut {
     }
 }
 
-/// Under which heading the help page lists a verb.
+/// The section of the help page that lists a verb.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Group {
     File,
@@ -255,7 +252,7 @@ impl Group {
     }
 }
 
-/// What is known of a verb.
+/// The entry of a verb.
 #[derive(Debug, Clone, Copy)]
 pub struct Entry {
     pub text: &'static str,
@@ -435,7 +432,7 @@ pub const ALTERNATIVES: &[(Option<Shortcut>, Verb)] =
     &[(ctrl('P'), Verb::ShowCommands), (ctrl('='), Verb::ZoomIn)];
 
 impl Verb {
-    /// Whether it changes the shown state by hand.
+    /// Whether it edits the shown state.
     pub const fn is_edit(self) -> bool {
         matches!(
             self,
@@ -450,7 +447,7 @@ impl Verb {
         )
     }
 
-    /// Every shortcut of the verb, the one that menus show first.
+    /// All shortcuts of the verb, starting with the one shown in menus.
     pub fn shortcuts(self) -> impl Iterator<Item = Shortcut> {
         let others = ALTERNATIVES.iter().filter(move |(_, verb)| *verb == self);
         self.entry().shortcut.into_iter().chain(others.filter_map(|(shortcut, _)| *shortcut))
@@ -467,7 +464,7 @@ impl From<ThemeChoice> for Verb {
     }
 }
 
-/// What the mouse does in the viewport, for the help page.
+/// Mouse controls of the viewport, for the help page.
 pub const MOUSE: &[(&str, &str)] = &[
     ("Left drag", "Orbit"),
     ("Right or middle drag", "Pan"),
@@ -480,7 +477,7 @@ pub const MOUSE: &[(&str, &str)] = &[
     ("Drop a file", "Open it"),
 ];
 
-/// What keys do everywhere, for the help page.
+/// Keys that work everywhere, for the help page.
 pub const EVERYWHERE: &[(&str, &str)] = &[
     ("Tab, Shift+Tab", "Move to the next or previous control"),
     ("Enter or Space", "Press the focused control"),

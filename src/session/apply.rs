@@ -1,4 +1,4 @@
-//! What a person asks for.
+//! Applies user actions.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -19,7 +19,7 @@ use crate::io::Format;
 use crate::worker::{Activity, Command, Source};
 
 impl Session {
-    /// Does what a person asked for, and remembers how to undo it.
+    /// Applies an action and records how to undo it.
     pub fn apply(&mut self, action: Action) -> Vec<Effect> {
         if let Action::Verb(verb) = action
             && let Some(why) = self.reason(verb)
@@ -302,7 +302,7 @@ impl Session {
         Vec::new()
     }
 
-    /// A command about the shape that is shown, which the worker may not be at.
+    /// A command for the shown shape, which the worker may not have loaded yet.
     fn synced(&mut self, command: Command) -> Vec<Effect> {
         let mut effects = self.sync();
         effects.extend(self.command(command, Activity::Loading));
@@ -314,8 +314,7 @@ impl Session {
         vec![Effect::Send(command)]
     }
 
-    /// The activity is assumed at once, so that no button can be pressed
-    /// twice; the worker answers every command with its own word on it.
+    /// The activity is set immediately, so that no button can be pressed twice; the worker then reports its own activity for every command.
     pub(super) fn expect(&mut self, activity: Activity) {
         self.activity = activity;
         self.playback.is_playing = false;
@@ -334,13 +333,13 @@ impl Session {
         Command::Load { source, sampling: self.sampling }
     }
 
-    /// Shows the odds of a sample, or of none.
+    /// Shows the odds of a sample, or hides them.
     fn explain(&mut self, sample: Option<u32>) {
         let count = self.loaded.as_ref().map_or(0, |l| l.cloud.points.len());
         self.explained = sample.filter(|&i| (i as usize) < count);
     }
 
-    /// Moves the camera to another place at once.
+    /// Moves the camera immediately.
     fn jump(&mut self, to: impl FnOnce(&mut Camera)) {
         self.camera_jumps += 1;
         to(&mut self.camera);
@@ -374,7 +373,7 @@ impl Session {
     }
 }
 
-/// The handles that a verb shows.
+/// The handles shown by a verb.
 pub(super) fn mode_of(verb: Verb) -> Option<Mode> {
     Some(match verb {
         Verb::HandlesMove => Mode::Move,

@@ -1,4 +1,4 @@
-//! Another state beside the shown one.
+//! The state compared with the shown one.
 
 use std::sync::Arc;
 
@@ -7,17 +7,16 @@ use super::{Action, Effect, Session};
 use crate::session::timeline::Branch;
 use crate::worker::{Activity, Command, Snapshot, State};
 
-/// What is shown beside the present state, and how.
+/// The state compared with the current one, and how it is shown.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Comparison {
     /// Id of the branch.
     pub branch: u32,
-    /// Index of the state; `None` for the last there is.
+    /// Index of the state; `None` for the latest.
     pub index: Option<usize>,
     /// Both views have the same camera.
     pub is_linked: bool,
-    /// Samples that belong to different primitives here and there are painted,
-    /// instead of what the view says.
+    /// Highlight samples that belong to different primitives in both states, instead of the view's colours.
     pub paints_disagreement: bool,
 }
 
@@ -28,7 +27,7 @@ impl Comparison {
     }
 }
 
-/// The state beside the shown one.
+/// The state compared with the shown one.
 #[derive(Debug, Clone, Copy)]
 pub struct Compared<'a> {
     pub branch: &'a Branch,
@@ -39,14 +38,14 @@ pub struct Compared<'a> {
 }
 
 impl Compared<'_> {
-    /// What the state is called.
+    /// Name of the state.
     pub fn name(&self) -> StateName {
         self.branch.name_of(self.index)
     }
 }
 
 impl Session {
-    /// The state that is compared; `None` where none is, or its branch is gone.
+    /// The compared state; `None` if there is none, or its branch was removed.
     pub fn compared(&self) -> Option<Compared<'_>> {
         let comparison = self.comparison?;
         let branch = self.timeline.branch(comparison.branch)?;
@@ -58,7 +57,7 @@ impl Session {
         Some(Compared { branch, index, snapshot, same_samples })
     }
 
-    /// Shows another state beside the present one, or no more.
+    /// Starts or stops comparing with another state.
     pub(super) fn compare(&mut self, comparison: Option<Comparison>) -> Vec<Effect> {
         let was_apart = self.comparison.is_some_and(|c| !c.is_linked);
         if !was_apart {
@@ -73,7 +72,7 @@ impl Session {
         vec![Effect::Send(Command::Measure(state))]
     }
 
-    /// Does what moves a camera to that of the other view.
+    /// Applies a camera action to the other view.
     pub(super) fn carry_out_in_other(&mut self, action: Action) -> Vec<Effect> {
         std::mem::swap(&mut self.camera, &mut self.other_camera);
         let effects = self.carry_out(action);

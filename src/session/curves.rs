@@ -1,9 +1,9 @@
-//! What is plotted over the timeline.
+//! The curves over the timeline.
 
 use super::Session;
 use crate::worker::Snapshot;
 
-/// A figure of every state.
+/// A value of every state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Curve {
     Clusters,
@@ -44,7 +44,7 @@ impl Curve {
     }
 }
 
-/// Which curves are shown.
+/// The shown curves.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Curves([bool; Curve::ALL.len()]);
 
@@ -63,14 +63,14 @@ impl Curves {
         self.0[curve as usize] = shown;
     }
 
-    /// Those that are shown, in order.
+    /// The shown curves, in order.
     pub fn shown(self) -> impl Iterator<Item = Curve> {
         Curve::ALL.into_iter().filter(move |&curve| self.shows(curve))
     }
 }
 
 impl Session {
-    /// A curve's value at a state; `None` where there is none, or none yet.
+    /// Value of a curve at a state; `None` if there is none, or not yet.
     pub fn value_of(&self, curve: Curve, state: &Snapshot) -> Option<f64> {
         let figures = &state.abstraction.figures;
         match curve {

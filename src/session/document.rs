@@ -1,4 +1,4 @@
-//! What undo brings back and a session file keeps.
+//! The state that undo restores and a session file stores.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -9,8 +9,7 @@ use crate::geometry::brief::Brief;
 use crate::inference::Params;
 use crate::worker::{LoadedShape, SamplingOptions};
 
-/// All of a session that is a person's work. Cheap to clone: shapes and states
-/// are shared.
+/// The part of a session that is the user's work. Cheap to clone: shapes and states are shared.
 #[derive(Clone)]
 pub struct Document {
     pub loaded: Option<Arc<LoadedShape>>,
@@ -21,7 +20,7 @@ pub struct Document {
     pub selection: BTreeSet<u32>,
     /// Indices of the selected samples, in order.
     pub selected_points: Arc<[u32]>,
-    /// Ids of the primitives that are not shown.
+    /// Ids of the hidden primitives.
     pub hidden: BTreeSet<u32>,
 }
 

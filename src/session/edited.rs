@@ -1,5 +1,4 @@
-//! What follows from edits for the rest of the session: what is said of them,
-//! and what is selected then.
+//! Effects of edits on the rest of the session: messages and selection.
 
 use std::sync::Arc;
 
@@ -9,7 +8,7 @@ use crate::geometry::cloud::grouped;
 use crate::inference::Occurrence;
 
 impl Session {
-    /// The selection goes on with what it has become.
+    /// Updates the selection after an edit.
     pub(super) fn follow_selection(&mut self, occurrences: &[Occurrence]) {
         for occurrence in occurrences {
             match occurrence {
@@ -38,7 +37,7 @@ impl Session {
         }
     }
 
-    /// Says what a hand has done.
+    /// Adds messages about edits.
     pub(super) fn tell_edits(&mut self, occurrences: &[Occurrence]) {
         for text in occurrences.iter().filter_map(sentence) {
             self.messages.push(Level::Note, text, "");
@@ -46,8 +45,7 @@ impl Session {
     }
 }
 
-/// What a person is told of an edit; nothing of what the sampler does, nor of
-/// what is seen at once.
+/// The message about an edit; none for steps of the sampler or changes that are immediately visible.
 fn sentence(occurrence: &Occurrence) -> Option<String> {
     let points = |n: usize| if n == 1 { "1 point".to_owned() } else { format!("{} points", grouped(n)) };
     Some(match occurrence {

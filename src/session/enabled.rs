@@ -1,4 +1,4 @@
-//! What can be asked for now, and why not.
+//! Which actions are available, and why others are not.
 
 use super::apply::mode_of;
 use super::view::{Picks, ThemeChoice, Tool};
@@ -8,7 +8,7 @@ use crate::inference::{Algorithm, Phase};
 use crate::worker::Activity;
 
 impl Session {
-    /// Whether the verb would do something now.
+    /// Whether the verb is available.
     pub fn is_enabled(&self, verb: Verb) -> bool {
         let loaded = self.loaded.is_some();
         // What is asked for while a run is made anew waits for its result, which
@@ -92,7 +92,7 @@ impl Session {
         }
     }
 
-    /// Whether a verb that switches something is on; `None` for the others.
+    /// Whether a toggle verb is on; `None` for other verbs.
     pub fn is_on(&self, verb: Verb) -> Option<bool> {
         match verb {
             Verb::HandlesMove
@@ -120,7 +120,7 @@ impl Session {
         }
     }
 
-    /// Whether the shown state can be changed by hand.
+    /// Whether the shown state can be edited.
     pub fn can_edit(&self) -> bool {
         let is_sampler = self.algorithm() == Algorithm::Sampler;
         self.snapshot.is_some() && self.activity != Activity::Loading && is_sampler
@@ -131,12 +131,12 @@ impl Session {
         self.primitives().iter().any(|p| p.locked && self.selection.contains(&p.id))
     }
 
-    /// What the present run computes with.
+    /// The algorithm of the current run.
     pub fn algorithm(&self) -> Algorithm {
         self.snapshot.as_ref().map_or(self.params.algorithm, |s| s.start.algorithm)
     }
 
-    /// Why the verb can't be had, where a person would not guess.
+    /// Why the verb is not available, if this is not obvious.
     pub fn why_disabled(&self, verb: Verb) -> Option<&'static str> {
         if self.algorithm() == Algorithm::Sampler {
             let changes_shapes = matches!(

@@ -1,5 +1,5 @@
-//! The Chamfer distance of states at which no run came to rest: estimated while
-//! the worker has nothing else to do.
+//! Estimated Chamfer distances for states at which no run stopped, computed while the worker is
+//! idle.
 
 use std::collections::{BTreeMap, BTreeSet};
 

@@ -1,4 +1,4 @@
-//! Taking results home, and bringing primitives in: files and the clipboard.
+//! Exports results and imports primitives, with files and the clipboard.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use super::{Effect, Session};
 use crate::io::{self, ExportOptions, Format, Inputs, Kind, Outcome, PrimitiveSet, ShapeGeometry};
 use crate::worker::{Command, ExportRequest, LoadedShape};
 
-/// What was chosen in the export dialog.
+/// The options chosen in the export dialog.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ExportChoice {
@@ -25,7 +25,7 @@ impl Default for ExportChoice {
 }
 
 impl Session {
-    /// Why the shown state can't be written in a format, if it can't.
+    /// Why the shown state cannot be exported to a format; `None` if it can.
     pub fn why_not_exported(&self, format: Format) -> Option<&'static str> {
         let is_cloud = |s: &io::Shape| matches!(s.geometry, ShapeGeometry::Cloud(_));
         let loaded = self.loaded.as_ref();
@@ -36,12 +36,12 @@ impl Session {
         (needs_primitives && self.primitives().is_empty()).then_some("No primitives")
     }
 
-    /// About how many bytes the shown state takes in a format.
+    /// Approximate size of the shown state in a format, in bytes.
     pub fn export_size(&self, choice: &ExportChoice) -> Option<u64> {
         self.with_outcome(|outcome| io::estimated_size(choice.format, &choice.options, outcome))
     }
 
-    /// A name for the file, without a folder.
+    /// A suggested file name, without folder.
     pub fn export_name(&self, format: Format) -> String {
         let name = self.loaded.as_ref().map_or("superform", |l| l.shape.name.as_str());
         let stem = Path::new(name).file_stem().map_or(name.into(), |s| s.to_string_lossy());
@@ -53,7 +53,7 @@ impl Session {
         format!("{stem}-{what}.{}", format.ending())
     }
 
-    /// Has the shown state written as it was chosen last.
+    /// Exports the shown state with the last options.
     pub(super) fn export(&mut self, path: PathBuf) -> Vec<Effect> {
         let Some(state) = self.shown_state() else { return Vec::new() };
         let ExportChoice { format, options } = self.window.export;
@@ -67,15 +67,14 @@ impl Session {
         vec![Effect::Send(Command::Export(Box::new(request)))]
     }
 
-    /// The file that something of the present shape was exported to last: that
-    /// of another shape is not to be overwritten with this one.
+    /// The file of the current shape's last export. Exports of other shapes must not be overwritten.
     pub(super) fn exported(&self) -> Option<&Path> {
         let (path, shape) = self.exported.as_ref()?;
         let is_of = |loaded: &Arc<LoadedShape>| std::ptr::eq(shape.as_ptr(), Arc::as_ptr(&loaded.shape));
         self.loaded.as_ref().is_some_and(is_of).then_some(path)
     }
 
-    /// Has a file written, unless that is the open one.
+    /// Writes a file, unless it is the open one.
     pub(super) fn write(&mut self, path: PathBuf, effect: impl FnOnce(PathBuf) -> Effect) -> Vec<Effect> {
         if !self.may_write(&path, std::slice::from_ref(&path)) {
             return Vec::new();
@@ -84,8 +83,7 @@ impl Session {
         vec![effect(path)]
     }
 
-    /// Whether files may be written for the sake of the first: not where one of
-    /// them is the open shape's own, and that is said.
+    /// Whether files may be written. Adds an error if one of them is the open shape's own file.
     fn may_write(&mut self, path: &Path, outputs: &[PathBuf]) -> bool {
         let mut inputs = Inputs::default();
         let open = self.loaded.as_ref().and_then(|loaded| loaded.shape.path.as_deref());
@@ -121,7 +119,7 @@ impl Session {
         }
     }
 
-    /// Takes the primitives of a text in place of the shown ones.
+    /// Replaces the shown primitives with those in a text.
     pub(super) fn paste_primitives(&mut self, text: &str) -> Vec<Effect> {
         match io::parse_primitives(text.as_bytes(), Path::new("the clipboard"), None) {
             Ok(stored) => self.edit(vec![stored.brought_in()]),
@@ -132,7 +130,7 @@ impl Session {
         }
     }
 
-    /// Takes the primitives of a file in place of the shown ones.
+    /// Replaces the shown primitives with those in a file.
     pub(super) fn take_from(&mut self, path: PathBuf) -> Vec<Effect> {
         self.window.open_folder = path.parent().map(PathBuf::from);
         self.by_hand(vec![Command::TakeFrom(path)])

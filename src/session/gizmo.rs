@@ -1,9 +1,9 @@
-//! Handles on a primitive, to move, turn, scale, taper and round it by hand: as
-//! data, with what a drag makes of the primitive. All in scene space; places on
-//! the screen are in logical pixels from the viewport's upper left corner.
+//! Handles that move, rotate, scale, taper and round a primitive: their geometry, and the effect of
+//! a drag. Everything is in scene space; screen positions are in logical pixels from the viewport's
+//! upper left corner.
 //!
-//! A drag is told by where it began and where it is, always from the primitive
-//! as it was when the drag began: nothing adds up, and going back undoes it.
+//! A drag is given by its start and its current position, always relative to the primitive at the
+//! start of the drag: errors do not accumulate, and dragging back restores the primitive.
 
 use nalgebra::{Point3, Rotation3, Unit, UnitQuaternion, Vector2, Vector3};
 
@@ -27,13 +27,13 @@ const MOST_AXIS: f64 = 1e3;
 const ARROW: f64 = 72.0;
 const RING: f64 = 62.0;
 const OUTER_RING: f64 = 76.0;
-/// Where the squares lie that move in a plane, and how large they are.
+/// Position and size of the squares for moving in a plane.
 const PLANE: (f64, f64) = (20.0, 13.0);
-/// How far handles that scale stand off the surface.
+/// Distance of the scale handles from the surface.
 const STAND_OFF: f64 = 14.0;
-/// How near the pointer must come.
+/// Picking radius.
 const REACH: f64 = 8.0;
-/// Planes and axes that are seen nearly from the side can't be dragged in.
+/// Planes seen nearly edge-on and axes seen nearly end-on cannot be dragged.
 const EDGE_ON: f64 = 0.06;
 const RING_POINTS: usize = 64;
 
@@ -62,7 +62,7 @@ impl Mode {
     }
 }
 
-/// What can be taken hold of. Axes are the primitive's own, 0 to 2.
+/// A draggable handle. Axes are the primitive's own, 0 to 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Handle {
     MoveAxis(usize),
@@ -97,7 +97,7 @@ impl Handle {
         }
     }
 
-    /// For a person.
+    /// Display name.
     pub fn text(self) -> String {
         let axis = |i: usize| ["x", "y", "z"].get(i).copied().unwrap_or("?");
         match self {
@@ -114,14 +114,14 @@ impl Handle {
     }
 }
 
-/// What a handle looks like on the screen.
+/// Shape of a handle on the screen.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Figure {
     /// From the primitive's centre.
     Arrow(Vector2<f64>, Vector2<f64>),
     /// Four corners.
     Square([Vector2<f64>; 4]),
-    /// A closed line; of each part whether it faces the camera.
+    /// A closed line, with a flag per segment for facing the camera.
     Ring(Vec<(Vector2<f64>, bool)>),
     /// A knob, with a line from where it stands.
     Knob { from: Vector2<f64>, at: Vector2<f64> },
@@ -157,8 +157,7 @@ impl Gizmo {
         Self { shape, mode, screen: Screen::new(camera, size) }
     }
 
-    /// All handles that can be taken hold of now, the first drawn first. None
-    /// where the primitive's centre is behind the camera.
+    /// All handles that can be dragged now, in drawing order. None if the primitive's centre is behind the camera.
     pub fn parts(&self) -> Vec<Part> {
         let Some(center) = self.screen.pixel(&self.center()) else { return Vec::new() };
         let unit = self.screen.units_per_pixel(&self.center());
@@ -211,15 +210,13 @@ impl Gizmo {
         parts
     }
 
-    /// The handle under the pointer: of several the nearest, and of two equally
-    /// near the one that is drawn over the other.
+    /// The handle under the pointer: the nearest one, or of equally near ones the topmost.
     pub fn hit(&self, pointer: Vector2<f64>) -> Option<Handle> {
         let distances = self.parts().into_iter().map(|p| (p.figure.distance(pointer), p.handle));
         distances.filter(|(d, _)| *d <= REACH).reduce(|a, b| if b.0 <= a.0 { b } else { a }).map(|(_, h)| h)
     }
 
-    /// The primitive after a drag of a handle, within its limits; as it was
-    /// where the drag leads nowhere.
+    /// The primitive after dragging a handle, within its limits; unchanged if the drag has no solution.
     pub fn drag(&self, handle: Handle, from: Vector2<f64>, to: Vector2<f64>) -> Superquadric {
         let dragged = self.dragged(handle, from, to).unwrap_or(self.shape);
         if dragged.is_valid() { dragged } else { self.shape }

@@ -1,5 +1,4 @@
-//! What a hand does to states: going back and on, edits, merges on probation,
-//! undo.
+//! Manual changes to states: navigation, edits, proposed merges and undo.
 
 use std::sync::Arc;
 
@@ -13,8 +12,7 @@ use crate::io::Shape;
 use crate::worker::{Activity, Command, LoadedShape};
 
 impl Session {
-    /// The commands that bring the worker to the state that is shown; none
-    /// where it is there already.
+    /// Commands that bring the worker to the shown state; none if it is already there.
     pub(super) fn sync(&mut self) -> Vec<Effect> {
         let Some(state) = self.shown_state() else { return Vec::new() };
         let key = state.snapshot.key;
@@ -26,8 +24,7 @@ impl Session {
         vec![Effect::Send(Command::Resume(state)), Effect::Send(Command::SetParams(self.params))]
     }
 
-    /// Work that goes on from the shown state: where later ones are there, it
-    /// begins a branch.
+    /// Work that continues from the shown state, in a new branch if there are later states.
     pub(super) fn work(&mut self, command: Command, activity: Activity) -> Vec<Effect> {
         self.timeline.branch_here();
         let mut effects = self.sync();
@@ -52,7 +49,7 @@ impl Session {
         effects
     }
 
-    /// What the verb changes in the present selection.
+    /// The edits that the verb makes to the current selection.
     pub(super) fn edits_of(&self, verb: Verb) -> Vec<Edit> {
         if verb == Verb::LockSelected {
             let selected = || self.primitives().iter().filter(|p| self.selection.contains(&p.id));
@@ -83,7 +80,7 @@ impl Session {
         })
     }
 
-    /// Takes the finished run on for as many iterations again.
+    /// Continues the finished run for the same number of iterations.
     pub(super) fn extend(&mut self) -> Vec<Effect> {
         let more = self.params.iterations;
         let done = self.snapshot.as_ref().map_or(0, |s| s.abstraction.iteration);
@@ -93,8 +90,7 @@ impl Session {
         effects
     }
 
-    /// Shows a state of the present branch; the worker stays where it is until
-    /// there is something to do.
+    /// Shows a state of the current branch. The worker follows only when there is something to do.
     pub(super) fn show_state_at(&mut self, index: usize) -> Vec<Effect> {
         if index == self.timeline.shown_index() {
             return Vec::new();
@@ -103,7 +99,7 @@ impl Session {
         self.show_timeline()
     }
 
-    /// Shows what the timeline points at; whoever plays it stops.
+    /// Shows the timeline's current state and stops playback.
     pub(super) fn show_timeline(&mut self) -> Vec<Effect> {
         self.playback.is_playing = false;
         self.drop_proposal();
@@ -123,7 +119,7 @@ impl Session {
         self.measure_shown()
     }
 
-    /// Has the shown state measured, where it was not and no run goes on.
+    /// Requests a measurement of the shown state, unless it is measured or a run is in progress.
     pub(super) fn measure_shown(&self) -> Vec<Effect> {
         let Some(state) = self.shown_state() else { return Vec::new() };
         let is_measured = self.measurement().is_some() || self.is_measuring();
@@ -134,7 +130,7 @@ impl Session {
         vec![Effect::Send(Command::Measure(state))]
     }
 
-    /// How an action is undone; `None` for what only looks.
+    /// How an action is undone; `None` for actions that change only the view.
     pub(super) fn undoable(&self, action: &Action) -> Option<Undoable> {
         let step = |text: &str| Some(Undoable::Step(text.to_owned()));
         match action {
@@ -200,7 +196,7 @@ impl Session {
         self.take_document(step.document.clone())
     }
 
-    /// Makes a document the present one; what the worker does is stopped.
+    /// Makes a document the current one and stops the worker.
     pub fn take_document(&mut self, document: Document) -> Vec<Effect> {
         let Document { loaded, params, sampling, timeline, selection, selected_points, hidden } = document;
         let shape_of = |l: &Option<Arc<_>>| l.as_ref().map(|l| Arc::as_ptr(shape(l)));
@@ -245,7 +241,7 @@ fn shape(loaded: &Arc<LoadedShape>) -> &Arc<Shape> {
     &loaded.shape
 }
 
-/// What an edit is called.
+/// Name of an edit.
 fn name_of(edit: &Edit) -> String {
     match edit {
         Edit::SetShape { id, .. } => format!("Reshape primitive {id}"),

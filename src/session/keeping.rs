@@ -1,5 +1,5 @@
-//! How the session relates to files: which one it is saved in, what has been
-//! changed since, what earlier windows left behind.
+//! The session's files: where it is saved, what has changed since, and what earlier windows left
+//! for recovery.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,22 +14,22 @@ use super::workspace::Workspace;
 use super::{Action, Effect, Session};
 use crate::worker::LoadedShape;
 
-/// A session that was left behind by a process that is no more.
+/// A session left behind by a process that has ended.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Found {
-    /// Names it to whoever looks after journals.
+    /// Identifies it among the journals.
     pub id: u64,
     pub summary: Summary,
     /// When it was last written.
     pub kept_at: SystemTime,
 }
 
-/// What a session comes to, for a person who is to choose one.
+/// Summary of a session for the recovery dialog.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Summary {
     /// The shape's name, where there is one.
     pub shape: Option<String>,
-    /// Of the shown state: iterations made, and how many there were to be.
+    /// Of the shown state: finished iterations, and the total.
     pub iteration: u32,
     pub iterations: u32,
     pub primitives: usize,
@@ -53,7 +53,7 @@ impl std::fmt::Display for Summary {
 }
 
 impl Summary {
-    /// Of a document with so many steps to undo.
+    /// Of a document with this many undo steps.
     pub fn of(document: &Document, steps: usize) -> Self {
         let shown = document.timeline.shown();
         let params = shown.map_or(document.params, |state| state.params);
@@ -68,10 +68,10 @@ impl Summary {
     }
 }
 
-/// What of the present session is in a file.
+/// How much of the current session is saved in a file.
 #[derive(Debug, Default)]
 enum Saved {
-    /// Nothing was ever saved: what a person has done is unsaved.
+    /// Nothing has been saved yet: all of the user's work is unsaved.
     #[default]
     Never,
     /// It came from the journal of another window: all of it is unsaved.
@@ -82,21 +82,21 @@ enum Saved {
     },
 }
 
-/// What waits for a decision about unsaved work, which nothing else keeps.
+/// An action that waits for a decision about unsaved work.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Parting {
     Quit,
-    /// Another session is to be opened.
+    /// Open another session.
     Open(Opening),
 }
 
-/// A session that is to be opened.
+/// A session to open.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Opening {
     File(PathBuf),
-    /// What was left behind, by its id.
+    /// A session offered for recovery, by id.
     Recovered(u64),
-    /// What was closed last without being saved.
+    /// The session that was last closed without saving.
     Last,
 }
 
@@ -104,19 +104,19 @@ pub enum Opening {
 #[derive(Debug, Default)]
 pub struct Keeping {
     saved: Saved,
-    /// What earlier windows left behind and nobody has decided about.
+    /// Sessions left behind by earlier windows, still to be decided on.
     found: Vec<Found>,
-    /// Whether there is a session that was closed without being saved.
+    /// Whether there is a session that was closed without saving.
     has_last: bool,
-    /// Whether the journal holds all that can be lost.
+    /// Whether the journal is up to date.
     is_kept: bool,
     parting: Option<Parting>,
-    /// What goes on as soon as the session is saved.
+    /// The action to resume once the session is saved.
     after_saving: Option<Parting>,
 }
 
 impl Keeping {
-    /// What a person is asked about: sessions that were left behind.
+    /// The sessions offered for recovery.
     pub fn found(&self) -> &[Found] {
         &self.found
     }
@@ -125,20 +125,20 @@ impl Keeping {
         self.has_last
     }
 
-    /// What waits for a decision about unsaved work.
+    /// The action that waits for a decision about unsaved work.
     pub fn parting(&self) -> Option<&Parting> {
         self.parting.as_ref()
     }
 }
 
-/// What the one who looks after files tells.
+/// Events from the thread that handles session files.
 #[derive(Debug)]
 pub enum KeepingEvent {
     Found(Vec<Found>),
     HasLast(bool),
-    /// The journal holds the session.
+    /// The journal is up to date.
     Kept,
-    /// Nothing can be kept for now, and why.
+    /// The journal cannot be written, with the reason.
     NotKept(String),
     Saved {
         path: PathBuf,
@@ -165,9 +165,7 @@ pub enum PartingAnswer {
 }
 
 impl Session {
-    /// The file that the present work was saved in, or opened from. None once
-    /// another shape is open: that work is not what the file holds. Undoing the
-    /// opening brings the work back, and its file with it.
+    /// The file that the current work was saved to or opened from. `None` once another shape is open, because the file does not contain that work. Undoing this restores the work together with its file.
     pub fn session_file(&self) -> Option<&Path> {
         let Saved::As { path, document } = &self.keeping.saved else { return None };
         let shape = |loaded: &Option<Arc<LoadedShape>>| loaded.as_ref().map(|l| Arc::as_ptr(&l.shape));
@@ -181,7 +179,7 @@ impl Session {
         file.or_else(|| self.loaded.as_ref().map(|loaded| loaded.shape.name.clone()))
     }
 
-    /// Whether a person has done something that is in no session file.
+    /// Whether there is unsaved work.
     pub fn is_changed(&self) -> bool {
         match &self.keeping.saved {
             Saved::Never => !self.undo.done().is_empty() || !self.undo.undone().is_empty(),
@@ -190,8 +188,7 @@ impl Session {
         }
     }
 
-    /// Whether the present work is that of the document: what is selected, and
-    /// which state is shown, is no work.
+    /// Whether the current work equals that of the document. The selection and the shown state do not count as work.
     fn has_work_of(&self, saved: &Document) -> bool {
         let place = |loaded: &Option<_>| loaded.as_ref().map(Arc::as_ptr);
         let mark = |branch: &Branch| (branch.id, branch.states.len(), branch.states.last().map(|s| s.key));
@@ -203,8 +200,7 @@ impl Session {
             && now.iter().zip(then).all(|(a, b)| mark(a) == mark(b) && a.name == b.name)
     }
 
-    /// Whether this is what was kept last; where the camera stands is not
-    /// worth keeping by itself.
+    /// Whether this equals what was last journalled. A change of the camera alone is not worth writing.
     pub fn is_kept_as(&self, kept: &Workspace) -> bool {
         let Workspace { document, undo, pace, is_live, view, .. } = kept;
         self.undo.is_same(undo)
@@ -222,13 +218,12 @@ impl Session {
             && self.hidden == document.hidden
     }
 
-    /// The session as it is to be kept when the window closes; `None` where
-    /// nothing would be missed.
+    /// The session to keep when the window closes; `None` if there is no unsaved work.
     pub fn unsaved(&self) -> Option<Workspace> {
         self.is_changed().then(|| self.workspace())
     }
 
-    /// Takes in what became of the files.
+    /// Handles an event about session files.
     pub fn absorb_keeping(&mut self, event: KeepingEvent) -> Vec<Effect> {
         match event {
             KeepingEvent::Found(found) => self.keeping.found = found,
@@ -278,7 +273,7 @@ impl Session {
         Vec::new()
     }
 
-    /// Saves the session where it was saved before, or asks where.
+    /// Saves the session to its file, or asks for one.
     pub(super) fn save_session(&mut self) -> Effect {
         self.keeping.after_saving = None;
         self.session_file().map_or(Effect::AskForSession, |path| Effect::SaveSession(path.to_owned()))
@@ -289,7 +284,7 @@ impl Session {
         Effect::AskForSession
     }
 
-    /// Opens another session, or quits: at once where nothing is lost by it.
+    /// Opens another session or quits, immediately if nothing would be lost.
     pub fn leave(&mut self, parting: Parting) -> Vec<Effect> {
         if self.is_changed() && !self.keeping.is_kept {
             self.keeping.parting = Some(parting);
@@ -318,13 +313,13 @@ impl Session {
         }
     }
 
-    /// Decides about something that was left behind.
+    /// Discards a session offered for recovery.
     pub(super) fn discard_found(&mut self, id: u64) -> Effect {
         self.keeping.found.retain(|found| found.id != id);
         Effect::DiscardFound(id)
     }
 
-    /// Leaves what was left behind for the next start.
+    /// Postpones recovery to the next start.
     pub(super) fn put_off_found(&mut self) {
         self.keeping.found.clear();
     }

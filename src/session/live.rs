@@ -1,5 +1,5 @@
-//! Live: every change of what a run is made from makes it anew, and the last
-//! result stays until the next is there.
+//! Live updates: every change to the inputs of a run starts a new one, and the last result stays
+//! visible until the new one is ready.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -9,11 +9,11 @@ use crate::geometry::palette::Colors;
 use crate::inference::{Abstraction, Params, Phase, UNASSIGNED};
 use crate::worker::{Activity, Command, Renewed, SamplingOptions, Setup};
 
-/// What the session knows of renewals.
+/// State of live updates.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Live {
     pub is_on: bool,
-    /// What the run is being made anew with.
+    /// The setup of the update in progress.
     under_way: Option<Setup>,
     /// A change came while the worker could not take it.
     is_due: bool,
@@ -26,22 +26,22 @@ impl Default for Live {
 }
 
 impl Live {
-    /// Whether the run is being made anew.
+    /// Whether an update is in progress.
     pub fn is_renewing(&self) -> bool {
         self.under_way.is_some()
     }
 
-    /// A renewal was begun.
+    /// An update has started.
     pub(super) fn begin(&mut self, setup: Setup) {
         self.under_way = Some(setup);
     }
 
-    /// Nothing is under way any more.
+    /// No update is in progress any more.
     pub(super) fn finish(&mut self) {
         self.under_way = None;
     }
 
-    /// Other work was asked for, which takes the place of any renewal.
+    /// Other work was requested, which replaces any update.
     pub(super) fn forget(&mut self) {
         self.under_way = None;
         self.is_due = false;
@@ -49,19 +49,19 @@ impl Live {
 }
 
 impl Session {
-    /// As parameters and sampling stand.
+    /// The current parameters and sampling.
     fn setup(&self) -> Setup {
         Setup { params: self.params, sampling: self.sampling }
     }
 
-    /// Whether the run that is being made anew is not yet the one that was
+    /// Whether the update in progress is older than the last request.
     /// asked for last.
     pub fn awaits_newer_run(&self) -> bool {
         self.live.under_way.is_some_and(|setup| !makes_same_run(&setup, &self.setup()))
     }
 
     /// Whether the shown result is another than parameters and sampling would
-    /// make, and nothing is under way to make that.
+    /// Whether the shown result does not match the current parameters and sampling, and no update is in progress.
     pub fn is_outdated(&self) -> bool {
         let (Some(snapshot), Some(loaded)) = (&self.snapshot, &self.loaded) else { return false };
         if self.activity != Activity::Idle || self.live.is_renewing() || self.live.is_due {
@@ -74,7 +74,7 @@ impl Session {
         !makes_same_run(&made_with, &self.setup()) || self.stale_start().is_some()
     }
 
-    /// Runs such that the result is that of parameters and sampling as they
+    /// Runs so that the result matches the current parameters and sampling; restarts a run that would otherwise keep its old start or samples.
     /// stand: a run that would keep its old start or samples is made anew.
     pub(super) fn run_as_set(&mut self) -> Vec<Effect> {
         let has_samples = self.loaded.as_ref().is_some_and(|l| l.sampling == self.sampling);
@@ -87,7 +87,7 @@ impl Session {
     }
 
     /// Takes another setup. Where Live is on and it makes another run, that is
-    /// made; else the parameters wait for the next step or start.
+    /// Applies another setup. With Live on, starts an update if the run would differ; otherwise the parameters wait for the next step or start.
     pub(super) fn take_setup(&mut self, params: Params, sampling: SamplingOptions) -> Vec<Effect> {
         let before = self.setup();
         self.params = params;
@@ -109,12 +109,12 @@ impl Session {
     }
 
     /// The hand that turned something rests: a run for what it has left behind
-    /// need not be waited for.
+    /// A drag has paused: runs for outdated values need not be finished.
     pub(super) fn hand_rests(&mut self) -> Vec<Effect> {
         if self.awaits_newer_run() { self.renew(true) } else { Vec::new() }
     }
 
-    /// Switches Live; what was changed while it was off is made up for.
+    /// Switches Live, and catches up on changes made while it was off.
     pub(super) fn set_live(&mut self, on: bool) -> Vec<Effect> {
         self.live.is_on = on;
         let (true, Some(snapshot), Some(loaded)) = (on, &self.snapshot, &self.loaded) else {
@@ -126,7 +126,7 @@ impl Session {
         if same(snapshot.start) && same(snapshot.params) { Vec::new() } else { self.renew(false) }
     }
 
-    /// What a change asked for that the worker could not take when it came.
+    /// Handles a change that the worker could not accept when it was made.
     pub(super) fn renew_if_due(&mut self) -> Vec<Effect> {
         if std::mem::take(&mut self.live.is_due) { self.renew(false) } else { Vec::new() }
     }
@@ -151,7 +151,7 @@ impl Session {
     }
 
     /// Shows the finished run; camera and view stay, and what is selected or
-    /// hidden as far as it can be recognised.
+    /// Shows the finished run. Camera and view are kept, and so are the selection and hidden primitives where they can be matched.
     pub(super) fn absorb_renewed(&mut self, renewed: &Renewed) {
         let Some(last) = renewed.states.last() else { return };
         let is_same_cloud = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(l, &renewed.loaded));
@@ -191,15 +191,12 @@ impl Session {
     }
 }
 
-/// Whether the two lead to the same run: what the method doesn't read doesn't
-/// matter.
+/// Whether both lead to the same run, ignoring parameters that the method does not use.
 fn makes_same_run(a: &Setup, b: &Setup) -> bool {
     a.sampling == b.sampling && a.params == b.params.with_unread_of(&a.params)
 }
 
-/// For each primitive of `before` the one of `after` that holds most of its
-/// points: ids mean nothing from run to run. Those whose points went astray
-/// have none.
+/// For each primitive of `before`, the one of `after` that contains most of its points, because ids are not comparable between runs. Primitives whose points are scattered have none.
 fn heirs(before: &Abstraction, after: &Abstraction) -> BTreeMap<u32, u32> {
     let mut shared: BTreeMap<(u32, u32), usize> = BTreeMap::new();
     for (&old, &new) in before.labels.iter().zip(after.labels.iter()) {
@@ -217,8 +214,7 @@ fn heirs(before: &Abstraction, after: &Abstraction) -> BTreeMap<u32, u32> {
     best.into_iter().map(|(old, (_, new))| (old, new)).collect()
 }
 
-/// Colours for a run that takes the place of another: whose points are mostly
-/// those of a primitive before it, and the other way round, keeps its colour.
+/// Colours for a run that replaces another. A primitive keeps the colour of the earlier one with which it mutually shares most points.
 fn inherited(before: &Abstraction, colors: &Colors, renewed: &Renewed) -> Colors {
     let Some(last) = renewed.states.last() else { return Colors::default() };
     let (heirs, origins) = (heirs(before, &last.abstraction), self::heirs(&last.abstraction, before));

@@ -1,30 +1,29 @@
-//! Merges on probation: proposed by the worker one after another, and accepted
-//! or skipped by hand.
+//! Proposed merges, which the user accepts or skips one by one.
 
 use super::messages::Level;
 use super::{Effect, Session};
 use crate::inference::{Edit, MergeProposal};
 use crate::worker::Command;
 
-/// What was decided on a merge that was proposed.
+/// The decision on a proposed merge.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Decision {
-    /// It was made.
+    /// Accepted.
     Accepted,
-    /// The two, by id, stay apart.
+    /// The two primitives, by id, stay separate.
     Skipped(u32, u32),
 }
 
-/// What the step of an accepted merge is called.
+/// Label of the undo step of an accepted merge.
 pub(super) const MERGE: &str = "Merge";
 
 impl Session {
-    /// Whether a merge is being judged, or waits for a decision.
+    /// Whether a merge is being tested or waits for a decision.
     pub fn is_judging(&self) -> bool {
         self.is_judging || self.proposal.is_some()
     }
 
-    /// Asks for a merge to be judged: that of a pair, or the best there is.
+    /// Requests a merge test, of a given pair or the best one.
     pub(super) fn propose(&mut self, of: Option<(u32, u32)>) -> Vec<Effect> {
         self.drop_draft();
         self.timeline.branch_here();
@@ -83,13 +82,12 @@ impl Session {
         self.propose(None)
     }
 
-    /// Whether undo takes back a decision that changed nothing.
+    /// Whether undo reverts a skipped merge, which changed nothing.
     pub(super) fn can_take_back(&self) -> bool {
         matches!(self.decisions.last(), Some(Decision::Skipped(..)))
     }
 
-    /// Takes the last decision on a merge back and proposes that merge again;
-    /// `None` where something else was done since.
+    /// Reverts the last decision on a merge and proposes it again; `None` if something else was done since.
     pub(super) fn take_back_decision(&mut self) -> Option<Vec<Effect>> {
         match *self.decisions.last()? {
             Decision::Skipped(a, b) => {
@@ -111,7 +109,7 @@ impl Session {
         }
     }
 
-    /// Nothing is proposed any more.
+    /// Discards the proposal.
     pub(super) fn drop_proposal(&mut self) {
         self.proposal = None;
         self.is_judging = false;

@@ -1,4 +1,4 @@
-//! What the program has to say: the log, and the error that waits for an answer.
+//! Messages: the log, and the error currently shown.
 
 use std::collections::VecDeque;
 use std::time::{Duration, Instant};
@@ -8,17 +8,17 @@ use crate::inference::Occurrence;
 use crate::io::harmless;
 use crate::worker::Snapshot;
 
-/// Messages that are kept; older ones are dropped.
+/// Number of messages kept; older ones are dropped.
 const KEPT: usize = 1000;
 
-/// How much a message matters, least first.
+/// Severity of a message, lowest first.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Level {
-    /// For the log only.
+    /// Only shown in the log.
     Detail,
     /// Shown for a moment.
     Note,
-    /// Something is not as it should be, and work goes on; shown for a while.
+    /// A problem that does not stop the work; shown for a while.
     Warning,
     /// Shown until it is dismissed.
     Error,
@@ -27,7 +27,7 @@ pub enum Level {
 impl Level {
     pub const ALL: [Self; 4] = [Self::Detail, Self::Note, Self::Warning, Self::Error];
 
-    /// The word for one message of this level.
+    /// Name of the level.
     pub fn text(self) -> &'static str {
         match self {
             Self::Detail => "Detail",
@@ -38,12 +38,12 @@ impl Level {
     }
 }
 
-/// Something that the program says: what, why, and what to do about it.
+/// A message: what happened, why, and what to do.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Message {
-    /// Counts all messages from 1; 0 before it is said.
+    /// Number of the message, from 1; 0 before it is added.
     pub number: u64,
-    /// When it was said, since the messages were begun.
+    /// Time since the program started.
     pub at: Duration,
     pub level: Level,
     /// What happened.
@@ -52,14 +52,13 @@ pub struct Message {
     pub why: String,
     /// What to do about it; may be empty.
     pub advice: String,
-    /// The causes, the nearest first; empty where there is no more to know than
-    /// `why` says.
+    /// Chain of causes, nearest first; empty if `why` says everything.
     pub chain: Vec<String>,
-    /// What a button under the message does.
+    /// A button below the message.
     pub offer: Option<Offer>,
 }
 
-/// What a person may want to do next.
+/// A suggested next action.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Offer {
     pub text: &'static str,
@@ -67,7 +66,7 @@ pub struct Offer {
 }
 
 impl Message {
-    /// A message that has still to be said.
+    /// A message that has not been added yet.
     pub fn new(level: Level, what: impl Into<String>) -> Self {
         Self {
             number: 0,
@@ -105,7 +104,7 @@ impl Message {
         self
     }
 
-    /// Everything it says, on one line.
+    /// The whole message on one line.
     pub fn line(&self) -> String {
         let mut line = self.what.clone();
         for (joint, part) in [(": ", &self.why), (". ", &self.advice)] {
@@ -117,13 +116,13 @@ impl Message {
         line
     }
 
-    /// Minutes and seconds at which it was said.
+    /// Time in minutes and seconds.
     pub fn clock(&self) -> String {
         let seconds = self.at.as_secs();
         format!("{}:{:02}", seconds / 60, seconds % 60)
     }
 
-    /// All there is to know, for a report; of several lines.
+    /// All details for a bug report, on several lines.
     pub fn report(&self) -> String {
         let mut lines = vec![self.what.clone()];
         if self.chain.is_empty() && !self.why.is_empty() {
@@ -161,7 +160,7 @@ impl Messages {
         self.add(Message::new(level, what).because(why));
     }
 
-    /// Says a message. Names of files in it may hold any character.
+    /// Adds a message. File names in it may contain any character.
     pub fn add(&mut self, mut message: Message) {
         let Message { what, why, advice, chain, .. } = &mut message;
         for text in [what, why, advice].into_iter().chain(chain) {
@@ -178,7 +177,7 @@ impl Messages {
         self.kept.iter()
     }
 
-    /// Those that were said after the message with this number, oldest first.
+    /// Messages after the one with this number, oldest first.
     pub fn since(&self, number: u64) -> impl Iterator<Item = &Message> {
         let first = self.kept.partition_point(|message| message.number <= number);
         self.kept.range(first..)
@@ -199,24 +198,24 @@ impl Messages {
         self.count
     }
 
-    /// Closes the error box, for all errors so far.
+    /// Dismisses all errors so far.
     pub fn dismiss_errors(&mut self) {
         self.dismissed = self.count;
     }
 
-    /// Closes the error box, for all errors up to that number.
+    /// Dismisses all errors up to this number.
     pub fn dismiss_errors_until(&mut self, number: u64) {
         self.dismissed = self.dismissed.max(number.min(self.count));
     }
 
-    /// Empties the log; an error that is open goes with it.
+    /// Clears the log and dismisses open errors.
     pub fn clear(&mut self) {
         self.kept.clear();
         self.dismiss_errors();
     }
 }
 
-/// What happened on the way to a state, in one line; nothing where nothing did.
+/// The events that led to a state, in one line; `None` if there were none.
 pub fn of_step(snapshot: &Snapshot) -> Option<String> {
     let parts: Vec<String> = snapshot
         .occurrences

@@ -1,6 +1,6 @@
-//! What the window knows, as plain data: [`Session::apply`] takes what a
-//! person asks for, [`Session::absorb`] what the worker tells. Both answer
-//! with [`Effect`]s, which the owner carries out.
+//! The state behind the window, as plain data: [`Session::apply`] takes user actions,
+//! [`Session::absorb`] takes events from the worker. Both return [`Effect`]s, which the owner
+//! carries out.
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -73,12 +73,10 @@ use undo::Undo;
 use view::View;
 use window::Window;
 
-/// A pace at which a person can follow each iteration, and the default run
-/// takes about three seconds. Who wants the result at once turns a slider with
-/// Live on, or chooses no pace.
+/// A speed at which each iteration can be followed and the default run takes about three seconds. Live updates and the maximum speed show results immediately.
 pub const DEFAULT_PACE: Pace = Pace::PerSecond(10);
 
-/// What the owner of a session has to do.
+/// Side effects that the owner of a session carries out.
 #[derive(Debug, Clone)]
 pub enum Effect {
     Send(Command),
@@ -87,33 +85,33 @@ pub enum Effect {
     AskForExport,
     /// Ask for a file of primitives.
     AskForPrimitives,
-    /// Put a text into the clipboard.
+    /// Copy a text to the clipboard.
     Copy(Bulk<String>),
-    /// Have the clipboard's text come as an event.
+    /// Request the clipboard's text as an event.
     RequestPaste,
     AskForScreenshot,
     SaveScreenshot(PathBuf),
-    /// Ask where the session is to be saved.
+    /// Ask for a file to save the session to.
     AskForSession,
     SaveSession(PathBuf),
     /// Open a session in place of this one.
     OpenSession(Opening),
-    /// Remove what was left behind, by its id.
+    /// Delete a session offered for recovery, by id.
     DiscardFound(u64),
-    /// Open the file if it is there, or say that it isn't.
+    /// Open the file if it exists, otherwise report that it does not.
     OpenIfThere(PathBuf),
     /// Show a file in the system's file manager.
     ShowInFolder(PathBuf),
     OpenLink(&'static str),
-    /// Bring the panels to the sizes of the first start.
+    /// Restore the default panel sizes.
     ResetLayout,
-    /// How the picture is to be taken, then where it is to go.
+    /// Ask for the picture's options, then for its file.
     AskForPicture(action::PictureKind),
     SavePicture(action::PictureKind, PathBuf),
     Quit,
 }
 
-/// All that the window shows, apart from what egui remembers of its widgets.
+/// Everything the window shows, except for widget state kept by egui.
 #[derive(Debug)]
 pub struct Session {
     pub loaded: Option<Arc<LoadedShape>>,
@@ -122,33 +120,33 @@ pub struct Session {
     pub timeline: Timeline,
     pub undo: Undo,
     pub playback: Playback,
-    /// What is plotted over the timeline.
+    /// The curves plotted over the timeline.
     pub curves: Curves,
-    /// What is shown beside the present state.
+    /// The state compared with the current one.
     pub comparison: Option<Comparison>,
-    /// That of what is shown beside, where the two are not linked.
+    /// Camera of the compared state, if not linked.
     pub other_camera: Camera,
-    /// As the sliders stand.
+    /// Current values of the sliders.
     pub params: Params,
     pub sampling: SamplingOptions,
     pub pace: Pace,
     pub live: Live,
     pub activity: Activity,
     pub keeping: Keeping,
-    /// The file that was exported to last, and of which shape.
+    /// File and shape of the last export.
     exported: Option<(PathBuf, Weak<Shape>)>,
     pub view: View,
     pub window: Window,
     pub camera: Camera,
-    /// Counts the camera's moves that no drag made: a view may ease them.
+    /// Counts camera moves that are not drags, which views may animate.
     pub camera_jumps: u64,
     pub scene: SceneFromInput,
     /// Ids of the selected primitives.
     pub selection: BTreeSet<u32>,
-    /// Ids of the primitives that are not shown.
+    /// Ids of the hidden primitives.
     pub hidden: BTreeSet<u32>,
     pub messages: Messages,
-    /// What the last merge came to.
+    /// Result of the last merge.
     pub merge_text: Option<String>,
     /// Indices of the selected samples, ascending.
     pub selected_points: Arc<[u32]>,
@@ -158,34 +156,33 @@ pub struct Session {
     pub seeds: Seeds,
     /// The merge that waits for a decision.
     pub proposal: Option<Box<MergeProposal>>,
-    /// Pairs that were passed over since the last decision to merge, by ids.
+    /// Pairs skipped since the last accepted merge, by ids.
     skipped: Vec<(u32, u32)>,
-    /// What has been decided on the merges that were proposed.
+    /// Decisions on the proposed merges.
     decisions: Vec<Decision>,
-    /// What the handles on the selected primitive change, where there are any.
+    /// Type of the handles on the selected primitive, if any.
     pub handles: Option<gizmo::Mode>,
-    /// A merge is being judged.
+    /// A merge is being tested.
     is_judging: bool,
-    /// The primitive under the hand.
+    /// The primitive being edited.
     shaping: Option<Shaping>,
     /// The turns about x, y and z of the primitive, by id, that was turned last.
     last_angles: Option<(u32, [f64; 3])>,
-    /// States that were measured, the last one last.
+    /// Measured states, latest last.
     measured: Vec<Arc<Measurement>>,
-    /// What states come to that were not measured.
+    /// Estimates for states that were not measured.
     estimates: Estimates,
-    /// Key of the state that the worker goes on from.
+    /// Key of the state from which the worker continues.
     worker_at: Option<u64>,
     /// The state that is being measured.
     measuring: Option<Arc<Snapshot>>,
-    /// No pair of the present state may be merged.
+    /// No pair of the current state can be merged.
     merges_are_exhausted: bool,
-    /// Run as soon as the shape that is on its way has arrived.
+    /// Run as soon as the shape has loaded.
     run_when_loaded: bool,
-    /// A shape has arrived since the worker was at rest.
+    /// A shape has arrived since the worker was last idle.
     has_arrived: bool,
-    /// The messages that were there when the person last asked for work: what
-    /// they say is over when that work succeeds.
+    /// Number of messages when work was last requested. Earlier errors are outdated once that work succeeds.
     answered: Option<u64>,
 }
 
@@ -237,13 +234,12 @@ impl Session {
         }
     }
 
-    /// The commands that bring a new worker to this session's settings and
-    /// open the first shape, which is run at once.
+    /// Commands that give a new worker this session's settings, open the first shape and run it.
     pub fn begin(&mut self, source: Source) -> [Command; 3] {
         [Command::SetParams(self.params), Command::SetPace(self.pace), self.load(source)]
     }
 
-    /// The present primitives; none where nothing has been run.
+    /// The current primitives; none before the first run.
     pub fn primitives(&self) -> &[Primitive] {
         self.snapshot.as_ref().map_or(&[], |s| &s.abstraction.primitives)
     }
@@ -258,22 +254,22 @@ impl Session {
         self.snapshot.as_ref().map(|s| s.abstraction.phase)
     }
 
-    /// The figures of the present state, where it has been measured.
+    /// Metrics of the current state, if measured.
     pub fn measurement(&self) -> Option<&Measurement> {
         self.measured.iter().rev().map(Arc::as_ref).find(|m| self.is_present(&m.snapshot))
     }
 
-    /// The newest figures of this shape, of whatever state.
+    /// Latest metrics of this shape, of any state.
     pub fn last_measurement(&self) -> Option<&Measurement> {
         self.measured.last().map(Arc::as_ref)
     }
 
-    /// Whether the present state is being measured.
+    /// Whether the current state is being measured.
     pub fn is_measuring(&self) -> bool {
         self.measuring.as_ref().is_some_and(|s| self.is_present(s))
     }
 
-    /// The figures of a state, where it has been measured.
+    /// Metrics of a state, if measured.
     pub fn measurement_of(&self, key: u64) -> Option<&Measurement> {
         self.measured.iter().map(Arc::as_ref).find(|m| m.snapshot.key == key)
     }
@@ -288,8 +284,7 @@ impl Session {
         self.timeline.shown_state()
     }
 
-    /// By how much lengths in input units are multiplied to be normalised, as
-    /// α, p0 and σ are; `None` where the shape has no extent.
+    /// Factor from input units to normalised lengths, as used by α, p0 and σ; `None` if the shape has no extent.
     pub fn normalised_scale(&self) -> Option<f64> {
         // It depends on the box alone.
         let size = self.scene.bounds.size() / self.scene.scale();
@@ -319,9 +314,7 @@ impl Session {
         matches!(self.activity, Activity::Running | Activity::Merging)
     }
 
-    /// The parameters of the present run's start, where what belongs to a
-    /// start has been changed since: the method's algorithm, K or the seed, as
-    /// far as the run to come reads them.
+    /// The parameters with which the current run started, if start parameters have changed since: the algorithm, K or the seed, as far as the next run uses them.
     pub fn stale_start(&self) -> Option<Params> {
         let start = self.snapshot.as_ref()?.start;
         let now = &self.params;

@@ -1,5 +1,4 @@
-//! What states are called: by their iteration and, where several belong to one,
-//! by what led to them.
+//! Names of states: their iteration and, if an iteration has several states, what led to them.
 
 use std::fmt;
 use std::sync::Arc;
@@ -8,7 +7,7 @@ use super::timeline::{Branch, Timeline};
 use crate::inference::{Algorithm, Occurrence, Phase};
 use crate::worker::{Cause, Snapshot};
 
-/// Ids that are named of an edit of many primitives.
+/// Number of ids named for an edit of many primitives.
 const NAMED: usize = 3;
 
 /// The name of a state, which no other of its branch has:
@@ -24,7 +23,7 @@ pub struct StateName {
 }
 
 impl StateName {
-    /// Of one of the states of a branch; of the last where there are fewer.
+    /// Name of a state of a branch, or of the last if there are fewer.
     pub fn of(states: &[Arc<Snapshot>], index: usize) -> Self {
         let index = index.min(states.len().saturating_sub(1));
         let Some(state) = states.get(index) else {
@@ -48,12 +47,12 @@ impl StateName {
         self.what.as_ref().map_or_else(String::new, |what| format!(" · {what}"))
     }
 
-    /// “30 · edit 2”, where there is little room.
+    /// Short form: “30 · edit 2”.
     pub fn short(&self) -> String {
         format!("{}{}", self.number, self.suffix())
     }
 
-    /// “Iteration 30 · edit 2”, where it is told at length what was done.
+    /// Without details of an edit: “Iteration 30 · edit 2”.
     pub fn place(&self) -> String {
         format!("{} {}", self.step, self.short())
     }
@@ -67,25 +66,25 @@ impl fmt::Display for StateName {
 }
 
 impl Branch {
-    /// What its state of this index is called.
+    /// Name of the state with this index.
     pub fn name_of(&self, index: usize) -> StateName {
         StateName::of(&self.states, index)
     }
 }
 
 impl Timeline {
-    /// What the shown state is called.
+    /// Name of the shown state.
     pub fn shown_name(&self) -> StateName {
         StateName::of(self.states(), self.shown_index())
     }
 
-    /// What the state is called that the worker has added last.
+    /// Name of the state that the worker added last.
     pub(super) fn newest_name(&self) -> StateName {
         StateName::of(self.growing().map_or(&[], |b| &b.states), usize::MAX)
     }
 }
 
-/// What led to a state, in a word; nothing for an iteration.
+/// What led to a state, in one word; empty for an iteration.
 fn kind_of(state: &Snapshot) -> &'static str {
     let is_sampler = state.start.algorithm == Algorithm::Sampler;
     match state.cause {
@@ -103,7 +102,7 @@ fn kind_of(state: &Snapshot) -> &'static str {
     }
 }
 
-/// What was changed by hand, in a few words.
+/// Short description of an edit.
 fn edited(occurrences: &[Occurrence]) -> Option<String> {
     let verb_and_ids: Vec<(&str, Vec<u32>)> = occurrences.iter().filter_map(verb_and_ids).collect();
     let (verb, _) = *verb_and_ids.first()?;

@@ -1,16 +1,16 @@
-//! Playing the timeline: the states one after the other, by the owner's clock.
+//! Playback of the timeline, driven by the owner's clock.
 
 use super::{Effect, Session};
 
-/// How the timeline is played.
+/// State of playback.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Playback {
     pub is_playing: bool,
-    /// Begin again after the last state.
+    /// Loop after the last state.
     pub loops: bool,
-    /// States a second.
+    /// States per second.
     speed: u32,
-    /// States that are due, in part.
+    /// Fractional number of states due.
     due: f64,
 }
 
@@ -21,7 +21,7 @@ impl Default for Playback {
 }
 
 impl Playback {
-    /// Speeds to choose from, in states a second.
+    /// Available speeds, in states per second.
     pub const SPEEDS: [u32; 6] = [2, 5, 10, 20, 50, 100];
 
     pub fn speed(&self) -> u32 {
@@ -32,7 +32,7 @@ impl Playback {
         self.speed = speed.clamp(1, 1000);
     }
 
-    /// The whole states that are due after so many seconds.
+    /// Number of whole states due after this many seconds.
     fn advance(&mut self, seconds: f64) -> usize {
         // Whoever was away for long need not see all that was missed.
         self.due += seconds.clamp(0.0, 1.0) * f64::from(self.speed);
@@ -43,7 +43,7 @@ impl Playback {
 }
 
 impl Session {
-    /// Plays from the shown state on, or from the start where that is the last.
+    /// Plays from the shown state, or from the start if it is the last.
     pub(super) fn play(&mut self) {
         if self.timeline.is_at_end() {
             self.show_state_at(0);
@@ -52,13 +52,13 @@ impl Session {
         self.playback.due = 0.0;
     }
 
-    /// Stays at the shown state, which is worth measuring now.
+    /// Stops at the shown state and requests its measurement.
     pub(super) fn stop_playing(&mut self) -> Vec<Effect> {
         self.playback.is_playing = false;
         self.measure_shown()
     }
 
-    /// Goes on for so many seconds, and stops at the end or goes round.
+    /// Advances by this many seconds; stops or loops at the end.
     pub(super) fn play_on(&mut self, seconds: f64) -> Vec<Effect> {
         let states = self.timeline.states().len();
         if !self.playback.is_playing || states < 2 {

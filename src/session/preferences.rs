@@ -1,4 +1,4 @@
-//! What is remembered from one start of the program to the next.
+//! Preferences that persist between starts.
 
 use serde::{Deserialize, Serialize};
 
@@ -8,14 +8,13 @@ use super::{ExportChoice, Session};
 use crate::io::StoredPath;
 use crate::worker::Pace;
 
-/// As it is stored. What is missing has its default, what is unknown is passed
-/// over, so that older and newer programs can read each other's.
+/// Stored form. Missing fields have defaults and unknown ones are ignored, so that older and newer programs can read each other's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Preferences {
     theme: Theme,
     live: bool,
-    /// `None` for as fast as it goes.
+    /// `None` for the maximum speed.
     steps_per_second: Option<u32>,
     zoom: f32,
     left: bool,
@@ -45,7 +44,7 @@ impl Default for Preferences {
 }
 
 impl Session {
-    /// What is to be remembered.
+    /// The preferences to store.
     pub fn preferences(&self) -> Preferences {
         let window = &self.window;
         Preferences {
@@ -72,7 +71,7 @@ impl Session {
         }
     }
 
-    /// Takes over what was remembered; values out of range are brought into it.
+    /// Applies stored preferences, clamping values to their range.
     pub fn recall(&mut self, preferences: Preferences) {
         let Preferences {
             theme,

@@ -1,4 +1,4 @@
-//! Why something can't be had now.
+//! Why an action is not available.
 
 use super::apply::mode_of;
 use super::{Session, Verb};
@@ -6,8 +6,7 @@ use crate::inference::Phase;
 use crate::worker::Activity;
 
 impl Session {
-    /// Why the verb would do nothing now, as a sentence without its full stop;
-    /// `None` where it would.
+    /// Why the verb is not available, as a sentence without full stop; `None` if it is.
     pub fn reason(&self, verb: Verb) -> Option<&'static str> {
         if self.is_enabled(verb) {
             return None;

@@ -1,4 +1,4 @@
-//! Numbers of the samples that can be seen as colours.
+//! Scalar values of the samples that can be shown as colours.
 
 use std::sync::Arc;
 
@@ -12,47 +12,46 @@ use crate::geometry::metrics::Nearest;
 use crate::geometry::tessellate::{Resolution, surface_vertices};
 use crate::inference::{Abstraction, Primitive, UNASSIGNED, align_labels, label_entropy};
 
-/// What numbers are measured in.
+/// Unit of the values.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Unit {
     /// The input's unit of length.
     #[default]
     Length,
-    /// A share of the largest value that is possible.
+    /// Fraction of the maximum possible value.
     Share,
 }
 
-/// The number that gets the last colour.
+/// The value with the last colour.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Top {
-    /// One that all but 5 % stay below.
+    /// A value above 95 % of the values.
     #[default]
     Robust,
-    /// The largest there is.
+    /// The largest value.
     Most,
     At(f32),
 }
 
-/// The share of the numbers that stay below the robust top, in percent.
+/// Share of the values below the robust top, in percent.
 const ROBUST: usize = 95;
 
-/// A number for each sample, with the range that the colours span.
+/// A value for each sample, with the range of the colours.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scalar {
-    /// What the number is, as the legend says it.
+    /// Title for the legend.
     pub title: String,
     pub unit: Unit,
-    /// In the samples' order; NaN where there is none.
+    /// In the order of the samples; NaN for no value.
     pub values: Arc<[f32]>,
-    /// The first and the last number with a colour of its own.
+    /// Range of the colours.
     pub range: (f32, f32),
     extent: Extent,
 }
 
 impl Scalar {
-    /// Lengths, with a range from 0 to the number that all but 5 % stay below,
-    /// rounded up to one that is easy to read.
+    /// Lengths, with a range from 0 to a round number above 95 % of the values.
     pub fn from_zero(title: &str, values: Vec<f32>) -> Self {
         let extent = Extent::of(values.iter().copied());
         let range = (0.0, extent.top(Top::Robust));
@@ -64,42 +63,41 @@ impl Scalar {
         Self { unit, ..self }
     }
 
-    /// The same numbers with another end of the range.
+    /// The same values with another end of the range.
     #[must_use]
     pub fn with_top(&self, top: Top) -> Self {
         Self { range: (0.0, self.extent.top(top)), ..self.clone() }
     }
 
-    /// Where a sample's number lies in the range, within [0, 1]; `None` where
-    /// there is none.
+    /// Position of a sample's value in the range, within [0, 1]; `None` for no value.
     pub fn share(&self, sample: usize) -> Option<f32> {
         let value = *self.values.get(sample)?;
         let (low, high) = self.range;
         (!value.is_nan()).then(|| ((value - low) / (high - low)).clamp(0.0, 1.0))
     }
 
-    /// The largest number.
+    /// The largest value.
     pub fn most(&self) -> f32 {
         self.extent.most
     }
 
-    /// Whether some numbers lie above the range, and share its last colour.
+    /// Whether some values are above the range and share its last colour.
     pub fn exceeds_range(&self) -> bool {
         self.extent.most > self.range.1
     }
 }
 
-/// A number for each vertex of primitives' surfaces, as
+/// A value for each vertex of the primitives' surfaces, as
 /// [`surface_vertices`] gives them for [`Resolution::SCREEN`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct SurfaceScalar {
-    /// What the number is, as the legend says it.
+    /// Title for the legend.
     pub title: String,
     pub unit: Unit,
     /// Ids of primitives with the numbers at their vertices; NaN where there is
     /// none.
     pub values: Arc<[(u32, Vec<f32>)]>,
-    /// The first and the last number with a colour of its own.
+    /// Range of the colours.
     pub range: (f32, f32),
     extent: Extent,
 }
@@ -112,7 +110,7 @@ impl SurfaceScalar {
         Self { title: title.to_owned(), unit: Unit::Length, values: values.into(), range, extent }
     }
 
-    /// The same numbers with another end of the range.
+    /// The same values with another end of the range.
     #[must_use]
     pub fn with_top(&self, top: Top) -> Self {
         Self { range: (0.0, self.extent.top(top)), ..self.clone() }
@@ -124,21 +122,21 @@ impl SurfaceScalar {
         ((value - low) / (high - low)).clamp(0.0, 1.0)
     }
 
-    /// The largest number.
+    /// The largest value.
     pub fn most(&self) -> f32 {
         self.extent.most
     }
 
-    /// Whether some numbers lie above the range, and share its last colour.
+    /// Whether some values are above the range and share its last colour.
     pub fn exceeds_range(&self) -> bool {
         self.extent.most > self.range.1
     }
 }
 
-/// How large numbers get.
+/// Statistics of the values.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Extent {
-    /// What all but a few stay below, a round number.
+    /// A round number above almost all values.
     robust: f32,
     most: f32,
 }

@@ -1,5 +1,5 @@
-//! From input units to the space that is drawn: centred, y up, the longest
-//! edge of the shape's box 1 long.
+//! From input units to scene space: centred, y up, the longest edge of the shape's bounding box of
+//! length 1.
 
 use std::collections::BTreeSet;
 
@@ -14,7 +14,7 @@ use crate::inference::UNASSIGNED;
 use crate::io::ShapeGeometry;
 use crate::worker::LoadedShape;
 
-/// Which axis of the input points upwards.
+/// Axis of the input that points up.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum UpAxis {
@@ -25,12 +25,11 @@ pub enum UpAxis {
     Z,
 }
 
-/// The colours of points that are marked and of those that are not: told apart
-/// by lightness and, also by colour-blind eyes, by hue.
+/// Colours of marked and unmarked points, which differ in lightness and, even for colour-blind people, in hue.
 const MARKED_COLOR: [u8; 3] = [255, 150, 0];
 const UNMARKED_COLOR: [u8; 3] = [104, 112, 124];
 
-/// Points that tell nothing.
+/// Points without a value.
 const PLAIN_COLOR: [u8; 3] = [198, 204, 212];
 
 /// scene = scale · R · (input − center), R a turn that brings the up axis to y.
@@ -44,7 +43,7 @@ pub struct SceneFromInput {
 }
 
 impl SceneFromInput {
-    /// Takes the box of the finite points; without extent, lengths are kept.
+    /// Computes it from the box of the finite points; without extent, lengths are kept.
     pub fn fit(points: &[Point3<f64>], up: UpAxis) -> Self {
         let input = Bounds::around(points.iter().copied())
             .unwrap_or(Bounds { min: Point3::origin(), max: Point3::origin() });
@@ -78,7 +77,7 @@ impl SceneFromInput {
         }
     }
 
-    /// Takes [`SceneFromInput::shape`] back.
+    /// Inverse of [`SceneFromInput::shape`].
     pub fn shape_in_input(&self, scene: &Superquadric) -> Superquadric {
         let turned_back = self.rotation.inverse();
         let translation = turned_back * scene.translation / self.scale + self.center.coords;
@@ -95,7 +94,7 @@ impl SceneFromInput {
         self.center
     }
 
-    /// Scene units an input unit.
+    /// Scene units per input unit.
     pub fn scale(&self) -> f64 {
         self.scale
     }
@@ -109,13 +108,12 @@ impl SceneFromInput {
     }
 }
 
-/// Size of a box in input units, for people: `1.2 × 0.8 × 0.8`.
+/// Size of a box in input units for display: `1.2 × 0.8 × 0.8`.
 pub fn extent_of(points: &[Point3<f64>]) -> Vector3<f64> {
     Bounds::around(points.iter().copied()).map_or_else(Vector3::zeros, |b| b.size())
 }
 
-/// The points that stand for a shape on the screen, in input units: all of an
-/// input cloud, the samples of a mesh.
+/// The displayed points of a shape, in input units: all points of an input cloud, or the samples of a mesh.
 pub fn shown_points(loaded: &LoadedShape) -> &[Point3<f64>] {
     match (&loaded.shape.geometry, &loaded.cloud.sample_of_input) {
         (ShapeGeometry::Cloud(input), Some(_)) => &input.points,
@@ -123,8 +121,7 @@ pub fn shown_points(loaded: &LoadedShape) -> &[Point3<f64>] {
     }
 }
 
-/// The sample that stands for a shown point; `None` for one without, such as an
-/// outlier.
+/// The sample of a displayed point; `None` for points without one, such as outliers.
 pub fn sample_of_shown(loaded: &LoadedShape, shown: usize) -> Option<usize> {
     match &loaded.cloud.sample_of_input {
         Some(map) => map.get(shown).filter(|&&sample| sample != NO_SAMPLE).map(|&sample| sample as usize),
@@ -136,18 +133,18 @@ pub fn sample_of_shown(loaded: &LoadedShape, shown: usize) -> Option<usize> {
 /// one, 255 is the usual.
 pub const SELECTED_ALPHA: u8 = 128;
 
-/// What the colours of points tell.
+/// What point colours show.
 #[derive(Debug, Clone, Copy)]
 pub enum Paint<'a> {
     /// The primitive of each, in these colours.
     Clusters(&'a Colors),
     /// The same, with all faded but some, by id.
     Lit(&'a Colors, &'a [u32]),
-    /// What the file says; grey where it says nothing.
+    /// Colours from the file; grey if there are none.
     Input,
     /// Nothing.
     Plain,
-    /// A number of each sample, through a colour map from [0, 1].
+    /// A value for each sample, mapped to colours from [0, 1].
     Scalar(&'a Scalar, fn(f32) -> [u8; 3]),
     /// Whether each sample is marked.
     Marked(&'a [bool]),
@@ -216,12 +213,12 @@ pub fn shown_colors(
         .collect()
 }
 
-/// A colour next to others that are to be looked at.
+/// A faded colour, next to highlighted ones.
 pub fn faded(color: [u8; 3]) -> [u8; 3] {
     mixed(color, UNASSIGNED_COLOR, 0.8)
 }
 
-/// The colour of what is pinned.
+/// The colour of pinned points.
 fn darkened(color: [u8; 3]) -> [u8; 3] {
     mixed(color, [0; 3], 0.5)
 }

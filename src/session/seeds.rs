@@ -1,5 +1,4 @@
-//! The same run with several seeds: what has come of it so far, best first, and
-//! taking one of them over.
+//! Runs with several seeds: their results, sorted, and opening one of them.
 
 use std::sync::Arc;
 
@@ -8,7 +7,7 @@ use super::{Effect, Session};
 use crate::inference::{Cancel, Params};
 use crate::worker::{Command, LoadedShape, Measurement, SeedNews, SeedRequest, SeedRun, Snapshot};
 
-/// Runs that are made at a time.
+/// Number of runs per request.
 pub const SEEDS: u32 = 8;
 
 /// What the list of runs is sorted by.
@@ -52,7 +51,7 @@ impl SeedOrder {
 #[derive(Debug, Clone)]
 pub struct SeedResult {
     pub run: Arc<SeedRun>,
-    /// What its last state comes to, once that is known.
+    /// Measurement of its last state, once available.
     pub measurement: Option<Arc<Measurement>>,
 }
 
@@ -98,7 +97,7 @@ pub struct Seeds {
 }
 
 impl Seeds {
-    /// Whether runs, or their measurements, are still on their way.
+    /// Whether runs or their measurements are still in progress.
     pub fn is_running(&self) -> bool {
         self.is_running
     }
@@ -151,7 +150,7 @@ impl Seeds {
         }
     }
 
-    /// No more of them will come.
+    /// No more results will arrive.
     pub(super) fn end(&mut self) {
         self.progress = None;
         self.is_running = false;
@@ -210,8 +209,7 @@ impl Session {
         }
     }
 
-    /// Makes a run with another seed a branch, shown at its end. The seed
-    /// becomes the present one, so that the next start makes it again.
+    /// Opens a run with another seed as a branch, at its last state. Its seed becomes the current one, so that the next start repeats it.
     pub(super) fn take_seed(&mut self, seed: u64) -> Vec<Effect> {
         let Some(result) = self.seeds.results.iter().find(|r| r.run.seed == seed).cloned() else {
             return Vec::new();

@@ -1,22 +1,22 @@
-//! How a selection changes: replaced, added to, taken away from.
+//! Changes to a selection: replacing, adding, removing.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// What becomes of what was selected before.
+/// How a new selection combines with the old one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash)]
 pub enum Select {
-    /// It is let go.
+    /// Replaces it.
     #[default]
     Replace,
-    /// It stays, and the new is added.
+    /// Adds to it.
     Add,
-    /// It stays without the new.
+    /// Removes from it.
     Remove,
 }
 
 impl Select {
-    /// What the keys that are held while selecting mean.
+    /// The mode selected by the modifier keys.
     pub fn of_modifiers(adds: bool, removes: bool) -> Self {
         match (adds, removes) {
             (_, true) => Self::Remove,

@@ -1,6 +1,5 @@
-//! A primitive under the hand: what is dragged is seen at once, and becomes an
-//! edit when the hand lets go, so that a drag is one state and one step for
-//! undo.
+//! Interactive editing of a primitive: a drag is previewed immediately and becomes one edit when it
+//! ends, that is, one state and one undo step.
 
 use std::f64::consts::{FRAC_PI_2, PI, TAU};
 
@@ -13,7 +12,7 @@ use crate::geometry::theta::Bounds;
 use crate::inference::{Algorithm, Edit, Primitive};
 use crate::worker::Activity;
 
-/// What the hand makes of a primitive.
+/// A change to a primitive during a drag.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShapeDraft {
     /// Of the primitive.
@@ -34,7 +33,7 @@ pub(super) struct Shaping {
     is_sent: bool,
 }
 
-/// Between which values a hand may set the parameters of a shape.
+/// Limits of the parameters in manual edits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ShapeLimits {
     /// Longest edge of the shape's box, in input units.
@@ -50,7 +49,7 @@ impl ShapeLimits {
     pub const TAPER: (f64, f64) = Bounds::FITS.taper;
     /// Semi-axes in longest edges of the shape's box.
     const SEMI_AXES: (f64, f64) = (1e-3, 10.0);
-    /// How far from the shape's centre a primitive's may lie, in the same.
+    /// Largest distance of a primitive's centre from the shape's, in the same unit.
     const REACH: f64 = 20.0;
 
     /// Of ax, ay and az, in input units.
@@ -79,23 +78,22 @@ impl ShapeLimits {
 }
 
 impl Session {
-    /// The shape that is shown of a primitive: what the hand makes of it, or its
-    /// own.
+    /// The shown shape of a primitive: its draft during a drag, otherwise its own.
     pub fn shape_of<'a>(&'a self, primitive: &'a Primitive) -> &'a Superquadric {
         self.draft().filter(|(id, _)| *id == primitive.id).map_or(&primitive.shape, |(_, shape)| shape)
     }
 
-    /// The primitive that is under the hand, by id, and what that makes of it.
+    /// The primitive being edited, by id, with its draft.
     pub fn draft(&self) -> Option<(u32, &Superquadric)> {
         self.shaping.as_ref().map(|s| (s.id, &s.shape))
     }
 
-    /// Whether a hand is at a primitive and has not let go.
+    /// Whether a primitive is being dragged.
     pub fn is_shaping(&self) -> bool {
         self.shaping.is_some_and(|s| !s.is_sent)
     }
 
-    /// The limits of shapes set by hand.
+    /// The limits of manually edited shapes.
     pub fn shape_limits(&self) -> ShapeLimits {
         ShapeLimits { extent: 1.0 / self.scene.scale(), center: self.scene.center() }
     }
@@ -108,7 +106,7 @@ impl Session {
         angles_near(rotation, near)
     }
 
-    /// Why the shape of a primitive can't be changed now.
+    /// Why the shape of a primitive cannot be edited now.
     pub fn why_fixed(&self, primitive: &Primitive) -> Option<&'static str> {
         if self.activity == Activity::Loading {
             Some("A shape is loading")
@@ -136,14 +134,14 @@ impl Session {
         self.shaping = Some(Shaping { id, shape, is_sent: false });
     }
 
-    /// The edit that the hand leaves behind, if it has changed anything.
+    /// The edit that results from the drag, if anything has changed.
     pub(super) fn drafted_edit(&self) -> Option<Edit> {
         let Shaping { id, shape, is_sent: false } = self.shaping? else { return None };
         let before = self.primitives().iter().find(|p| p.id == id)?;
         (before.shape != shape).then_some(Edit::SetShape { id, shape })
     }
 
-    /// The hand has let go.
+    /// Ends the drag.
     pub(super) fn end_shaping(&mut self) -> Vec<Effect> {
         let Some(edit) = self.drafted_edit() else {
             self.shaping.take_if(|s| !s.is_sent);
@@ -156,13 +154,12 @@ impl Session {
         effects
     }
 
-    /// What is under the hand springs back.
+    /// Cancels the drag and restores the primitive.
     pub(super) fn drop_draft(&mut self) {
         self.shaping = None;
     }
 
-    /// What was sent has been answered, or another state is shown, where the
-    /// primitive may be gone.
+    /// The edit has been answered, or another state is shown in which the primitive may not exist.
     pub(super) fn settle_draft(&mut self) {
         let Some(Shaping { id, is_sent, .. }) = self.shaping else { return };
         let is_free = self.primitives().iter().any(|p| p.id == id && !p.locked);

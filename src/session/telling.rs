@@ -1,5 +1,5 @@
-//! What is said when something went well or wrong, and what is offered then;
-//! files that are opened and remembered.
+//! Messages about successes and failures with the actions they offer, and the handling of opened
+//! and recent files.
 
 use std::path::{Path, PathBuf};
 
@@ -12,8 +12,7 @@ use crate::io::{self, Format};
 use crate::worker::{Activity, FAULT, Source};
 
 impl Session {
-    /// Says that something failed, and what to do about it: which depends on
-    /// what was going on.
+    /// Adds an error with advice that depends on the current activity.
     pub(super) fn fail(&mut self, what: String, causes: &str) {
         let message = Message::error(what, causes);
         let message = if message.what == FAULT {
@@ -44,7 +43,7 @@ impl Session {
         self.messages.add(message);
     }
 
-    /// Says that a file was written.
+    /// Adds a note about a written file.
     pub(super) fn tell_written(&mut self, format: Format, path: PathBuf, notes: &[String]) {
         let kind = format.kind().title().to_lowercase();
         let what = kind.split(',').next().unwrap_or(&kind);
@@ -53,7 +52,7 @@ impl Session {
         self.messages.add(message.offer("Show in folder", Action::ShowInFolder(path)));
     }
 
-    /// Says what a person has deleted, which is easily done by mistake.
+    /// Adds a note about deleted primitives that offers Undo.
     pub(super) fn tell_deleted(&mut self, occurrences: &[Occurrence]) {
         let deleted: Vec<String> = occurrences
             .iter()
@@ -68,7 +67,7 @@ impl Session {
         self.messages.add(Message::new(Level::Note, text).offer(undo.entry().text, Action::Verb(undo)));
     }
 
-    /// Opens a shape or a session, and remembers its folder.
+    /// Opens a shape or a session and remembers its folder.
     pub(super) fn open_file(&mut self, path: PathBuf) -> Vec<Effect> {
         self.window.open_folder = path.parent().map(PathBuf::from);
         if io::has_session_ending(&path) {
@@ -77,8 +76,7 @@ impl Session {
         self.open(Source::File(path))
     }
 
-    /// Opens the first of the files that can be a shape or a session, and says so if there
-    /// were others.
+    /// Opens the first file that can be a shape or a session, with a note if there were others.
     pub(super) fn open_dropped(&mut self, paths: Vec<PathBuf>) -> Vec<Effect> {
         let count = paths.len();
         let readable = paths
@@ -101,7 +99,7 @@ impl Session {
         self.messages.push(Level::Warning, text, "it was removed from the recent files");
     }
 
-    /// The window as on the first start, but for what was open before.
+    /// Resets the window to its defaults, except for recent files and folders.
     pub(super) fn reset_layout(&mut self) -> Vec<Effect> {
         let old = std::mem::take(&mut self.window);
         self.window = Window {

@@ -277,7 +277,7 @@ fn work_goes_on_where_the_thread_that_computes_has_ended() {
         matches!(effects[..], [Effect::Send(Command::SetParams(p)), Effect::Send(Command::SetPace(_))] if p == session.params)
     );
     let error = session.messages.open_error().expect("the window says so");
-    assert!(error.what.contains("has ended") && error.why == "it panicked", "{error:?}");
+    assert!(error.what.contains("internal error") && error.why == "it panicked", "{error:?}");
     assert!(error.advice.contains("All states and settings are kept"), "{error:?}");
     // Nothing waits for what will not come; the states are there.
     assert!(session.activity == Activity::Idle && !session.is_measuring());
@@ -324,7 +324,7 @@ fn another_shape_is_never_saved_or_exported_over_the_file_of_the_first() {
     assert_eq!((session.session_file(), session.title().as_deref()), (None, Some("nine")));
     assert!(matches!(session.apply(Action::Verb(Verb::SaveSession))[..], [Effect::AskForSession]));
     assert!(session.apply(Action::Verb(Verb::ExportAgain)).is_empty());
-    assert!(session.reason(Verb::ExportAgain).is_some_and(|why| why.contains("this shape")));
+    assert!(session.reason(Verb::ExportAgain).is_some_and(|why| why.contains("This shape")));
     // A save of the first that was under way is not one of the second.
     let first = session.undo.done().last().expect("a dropped shape can be undone").document.clone();
     let late = Workspace { document: first, ..session.workspace() };

@@ -1,5 +1,5 @@
-//! Every state that was seen, as branches: each is a whole history from a start
-//! on, and shares the states with the branch that it left.
+//! All states, as branches. Each branch is a complete history from a start and shares states with
+//! its parent branch.
 
 use std::collections::BTreeSet;
 use std::fmt;
@@ -8,24 +8,24 @@ use std::sync::Arc;
 use crate::geometry::palette::Colors;
 use crate::worker::{Cause, LoadedShape, Snapshot, State};
 
-/// Where a branch left another.
+/// Where a branch started from another.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 pub struct Origin {
-    /// Id of the branch that was left.
+    /// Id of the parent branch.
     pub branch: u32,
     /// Index of the last state that both share.
     pub index: usize,
 }
 
-/// A history from a start on.
+/// A history from a start.
 #[derive(Clone)]
 pub struct Branch {
-    /// Stable, and never used again.
+    /// Stable and never reused.
     pub id: u32,
     pub name: String,
-    /// `None` for one that began with a start.
+    /// `None` if it began with a new run.
     pub origin: Option<Origin>,
-    /// What all its states belong to.
+    /// The shape and samples of all its states.
     pub loaded: Arc<LoadedShape>,
     /// The start first; never empty.
     pub states: Vec<Arc<Snapshot>>,
@@ -47,7 +47,7 @@ impl fmt::Debug for Branch {
 }
 
 impl Branch {
-    /// Whether it holds work of a person that no run would do again.
+    /// Whether it contains manual edits, which no run would repeat.
     pub fn is_by_hand(&self) -> bool {
         self.states.iter().any(|s| s.cause.is_by_hand())
     }
@@ -61,8 +61,7 @@ impl Branch {
     }
 }
 
-/// All branches, and which state of which is shown. Cheap to clone: the states
-/// are shared.
+/// All branches and the shown state. Cheap to clone: the states are shared.
 #[derive(Debug, Clone, Default)]
 pub struct Timeline {
     branches: Vec<Branch>,
@@ -72,7 +71,7 @@ pub struct Timeline {
     growing: usize,
     /// Index of the shown state.
     shown: usize,
-    /// Branches so far, removed ones too.
+    /// Number of branches so far, including removed ones.
     count: u32,
 }
 
@@ -86,11 +85,10 @@ impl PartialEq for Timeline {
 }
 
 impl Timeline {
-    /// More branches than anybody makes.
+    /// Upper limit on the number of branches.
     const MOST: u32 = 1 << 30;
 
-    /// What was kept in a file; `None` where an index points nowhere, a branch
-    /// has no state or the id of another, or there are too many to count on.
+    /// Restores a timeline from a file; `None` if an index is out of range, a branch has no states or a duplicate id, or there are too many branches.
     pub fn from_parts(branches: Vec<Branch>, current: usize, shown: usize, count: u32) -> Option<Self> {
         let ids: BTreeSet<u32> = branches.iter().map(|b| b.id).collect();
         let is_whole = ids.len() == branches.len()
@@ -162,13 +160,12 @@ impl Timeline {
         self.shown + 1 >= self.states().len()
     }
 
-    /// Whether the shown state goes on with the worker's next.
+    /// Whether the next state from the worker continues the shown one.
     pub fn follows(&self) -> bool {
         self.current == self.growing && self.is_at_end()
     }
 
-    /// Takes the first state of a run, in place of the present branch unless
-    /// that holds work by hand or a branch left it: then a new one begins.
+    /// Adds the first state of a run. It replaces the current branch, unless that contains manual edits or has child branches; then a new branch begins.
     pub(super) fn start(&mut self, loaded: &Arc<LoadedShape>, first: Arc<Snapshot>, colors: Arc<Colors>) {
         let is_free = self.current().is_some_and(|branch| {
             !branch.is_by_hand()
@@ -186,8 +183,7 @@ impl Timeline {
         self.shown = 0;
     }
 
-    /// Adds the worker's next state, and shows it where its forerunner was
-    /// shown. Nothing happens without a start.
+    /// Adds the worker's next state, and shows it if its predecessor was shown. Does nothing without a start.
     pub(super) fn push(&mut self, state: Arc<Snapshot>) {
         let follows = self.follows();
         let Some(branch) = self.branches.get_mut(self.growing) else { return };
@@ -234,8 +230,7 @@ impl Timeline {
         }
     }
 
-    /// Makes the shown state the last of its branch: one of its own, where
-    /// later ones are there already.
+    /// Makes the shown state the last of its branch, in a new branch if there are later states.
     pub(super) fn branch_here(&mut self) {
         let shown = self.shown;
         if self.is_at_end() {
@@ -249,7 +244,7 @@ impl Timeline {
         self.add(None, loaded, states, colors, Some(origin));
     }
 
-    /// Shows a state of the present branch, the last where there are fewer.
+    /// Shows a state of the current branch, or the last if there are fewer.
     pub(super) fn show(&mut self, index: usize) {
         self.shown = index.min(self.states().len().saturating_sub(1));
     }
@@ -273,7 +268,7 @@ impl Timeline {
         }
     }
 
-    /// The name, or the first with a number after it that no other branch has.
+    /// The name, with a number appended if another branch already has it.
     fn free_name(&self, id: u32, name: String) -> String {
         let is_free = |name: &String| self.branches.iter().all(|b| b.id == id || b.name != *name);
         if is_free(&name) {
@@ -283,7 +278,7 @@ impl Timeline {
         numbered.unwrap_or(name)
     }
 
-    /// Removes a branch, but not the last; what left it stays whole.
+    /// Removes a branch, except the last. Branches that started from it stay complete.
     pub(super) fn remove(&mut self, id: u32) {
         let Some(index) = self.branches.iter().position(|b| b.id == id) else { return };
         if self.branches.len() < 2 {
@@ -335,7 +330,7 @@ impl Mark {
         }
     }
 
-    /// What happened on the way to a state, each kind once.
+    /// The events that led to a state, each kind once.
     pub fn of(state: &Snapshot) -> BTreeSet<Self> {
         use crate::inference::Occurrence;
         let mut marks: BTreeSet<Self> = state

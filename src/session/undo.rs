@@ -1,4 +1,4 @@
-//! Undo and redo: documents from before what was done.
+//! Undo and redo, as documents from before each step.
 
 use std::fmt;
 use std::sync::Arc;
@@ -8,7 +8,7 @@ use super::document::Document;
 /// Steps that can be undone; older ones are forgotten.
 const KEPT: usize = 200;
 
-/// What was done, and the document on the other side of it.
+/// A step, with the document on its other side.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Step {
     /// For people: “change α”, “merge 3 and 5”.
@@ -16,10 +16,10 @@ pub struct Step {
     pub document: Document,
 }
 
-/// How something that a person does can be undone.
+/// How an action is undone.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Undoable {
-    /// In one step with what follows under the same label, until the hand lets go.
+    /// Combined with the following changes with the same label until the gesture ends.
     Gesture(String),
     Step(String),
 }
@@ -45,12 +45,12 @@ impl fmt::Debug for Undo {
 }
 
 impl Undo {
-    /// What was kept in a file.
+    /// Restores the stacks from a file.
     pub fn from_parts(done: Vec<Arc<Step>>, undone: Vec<Arc<Step>>) -> Self {
         Self { done, undone, gesture: None }
     }
 
-    /// Whether the same steps can be undone and done again.
+    /// Whether the same steps can be undone and redone.
     pub(super) fn is_same(&self, other: &Self) -> bool {
         let same = |a: &[Arc<Step>], b: &[Arc<Step>]| {
             a.len() == b.len()
@@ -62,24 +62,23 @@ impl Undo {
         same(&self.done, &other.done) && same(&self.undone, &other.undone)
     }
 
-    /// What can be undone, the newest last.
+    /// Steps that can be undone, newest last.
     pub fn done(&self) -> &[Arc<Step>] {
         &self.done
     }
 
-    /// What can be done again, the next last.
+    /// Steps that can be redone, next one last.
     pub fn undone(&self) -> &[Arc<Step>] {
         &self.undone
     }
 
-    /// Takes the document from before something was done.
+    /// Records the document from before a step.
     pub(super) fn record(&mut self, label: impl Into<String>, before: Document) {
         self.gesture = None;
         self.push(label.into(), before);
     }
 
-    /// As [`Undo::record`], but several changes with the same label, one after
-    /// another, are one step until the gesture ends.
+    /// As [`Undo::record`], but consecutive changes with the same label are one step until the gesture ends.
     pub(super) fn record_gesture(&mut self, label: &str, before: Document) {
         if self.gesture.as_deref() != Some(label) {
             self.push(label.to_owned(), before);
@@ -87,7 +86,7 @@ impl Undo {
         }
     }
 
-    /// The hand has let go.
+    /// Ends the gesture.
     pub(super) fn end_gesture(&mut self) {
         self.gesture = None;
     }
@@ -105,7 +104,7 @@ impl Undo {
         step(&mut self.done, &mut self.undone, now, &mut self.gesture)
     }
 
-    /// Takes the last [`Undo::undo`] back.
+    /// Reverts the last [`Undo::undo`].
     pub(super) fn redo(&mut self, now: &Document) -> Option<Arc<Step>> {
         step(&mut self.undone, &mut self.done, now, &mut self.gesture)
     }

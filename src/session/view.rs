@@ -1,10 +1,10 @@
-//! How the shape is shown.
+//! View settings.
 
 use serde::{Deserialize, Serialize};
 
 use super::scalar::Top;
 
-/// What can be shown or hidden as a whole.
+/// Layers that can be shown or hidden.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Layer {
@@ -49,7 +49,7 @@ impl SurfaceStyle {
     }
 }
 
-/// What a drag with the left button does in the viewport.
+/// Action of a left-button drag in the viewport.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Tool {
@@ -58,7 +58,7 @@ pub enum Tool {
     Click,
     /// Draws a box and selects what is in it.
     Box,
-    /// Draws a line around what is to be selected.
+    /// Draws a line around what to select.
     Lasso,
 }
 
@@ -75,7 +75,7 @@ pub enum Picks {
     Points,
 }
 
-/// What the colour of a point tells.
+/// What point colours show.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum ColorBy {
@@ -174,13 +174,13 @@ pub struct View {
     /// Diameter of a point in logical pixels.
     pub point_size: f32,
     pub color_by: ColorBy,
-    /// Where the colour bar of a number ends.
+    /// End of a colour bar.
     pub legend_top: Top,
-    /// States over which the uncertainty of labels is taken, W.
+    /// Number of states W over which the uncertainty of labels is computed.
     pub uncertainty_window: u32,
     pub tool: Tool,
     pub picks: Picks,
-    /// Boxes and lassos leave out what is hidden behind something else.
+    /// Boxes and lassos ignore what is hidden behind something else.
     pub visible_only: bool,
     pub up: super::scene::UpAxis,
     pub theme: ThemeChoice,
@@ -207,7 +207,7 @@ impl View {
             && !matches!(self.legend_top, Top::At(top) if !top.is_finite())
     }
 
-    /// How the shape is shown as here, the window itself as in `other`.
+    /// These view settings with the window settings of `other`.
     pub(super) fn in_window_of(self, other: &Self) -> Self {
         let Self { theme, shows_odds, shows_seeds, shows_log, shows_shortcuts, shows_about, .. } = *other;
         Self { theme, shows_odds, shows_seeds, shows_log, shows_shortcuts, shows_about, ..self }

@@ -1,11 +1,10 @@
-//! The window around the shape: which panels are open, how large everything
-//! is drawn, which files were open before.
+//! Window settings: open panels, interface scale, recent files.
 
 use std::path::{Path, PathBuf};
 
 use super::export::ExportChoice;
 
-/// The panels around the viewport that can be closed.
+/// The closable panels around the viewport.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Panel {
     Left,
@@ -13,12 +12,12 @@ pub enum Panel {
     Bottom,
 }
 
-/// Files that are remembered.
+/// Number of recent files.
 const RECENT: usize = 10;
-/// Commands that are remembered.
+/// Number of recent commands.
 const COMMANDS: usize = 12;
 
-/// The files that were open last, newest first.
+/// Recent files, newest first.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Recent {
     paths: Vec<PathBuf>,
@@ -33,7 +32,7 @@ impl Recent {
         self.paths.is_empty()
     }
 
-    /// Puts a file first; the oldest is forgotten where there are too many.
+    /// Puts a file first; drops the oldest if there are too many.
     pub fn add(&mut self, path: &Path) {
         // The working folder may be another one next time.
         let path = std::path::absolute(path).unwrap_or_else(|_| path.to_owned());
@@ -58,23 +57,23 @@ impl FromIterator<PathBuf> for Recent {
     }
 }
 
-/// What the window shows apart from the shape.
+/// Settings of the window apart from the shape.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Window {
     pub(super) left: bool,
     pub(super) right: bool,
     pub(super) bottom: bool,
-    /// There is room for one of the side panels only: the one in front.
+    /// There is room for only one side panel: this one.
     pub(super) is_narrow: bool,
     pub(super) front: Panel,
-    /// How much larger than usual everything is drawn.
+    /// Scale of the interface.
     pub zoom: f32,
     pub shows_commands: bool,
     pub recent: Recent,
-    /// Where a file was opened or written last.
+    /// Folders of the last opened and written file.
     pub open_folder: Option<PathBuf>,
     pub save_folder: Option<PathBuf>,
-    /// How something was exported last.
+    /// Options of the last export.
     pub export: ExportChoice,
     /// Names of the commands that were chosen from the list of all commands,
     /// newest first.
@@ -103,10 +102,10 @@ impl Default for Window {
 impl Window {
     /// Limits of `zoom`.
     pub const ZOOM: (f32, f32) = (0.5, 3.0);
-    /// What one step of zooming adds.
+    /// One zoom step.
     const ZOOM_STEP: f32 = 0.1;
 
-    /// Whether the panel is open where there is room for all.
+    /// Whether the panel is open if there is room for all.
     pub(super) fn is_kept_open(&self, panel: Panel) -> bool {
         match panel {
             Panel::Left => self.left,
@@ -115,7 +114,7 @@ impl Window {
         }
     }
 
-    /// Whether the panel is seen.
+    /// Whether the panel is visible.
     pub fn shows(&self, panel: Panel) -> bool {
         match panel {
             Panel::Bottom => self.bottom,
@@ -123,8 +122,7 @@ impl Window {
         }
     }
 
-    /// Opens or closes a panel. In a narrow window the one that is opened takes
-    /// the place of the other side's.
+    /// Opens or closes a panel. In a narrow window, opening one side panel closes the other.
     pub fn set_shown(&mut self, panel: Panel, shown: bool) {
         let open = match panel {
             Panel::Left => &mut self.left,
@@ -150,19 +148,19 @@ impl Window {
         self.is_narrow = narrow;
     }
 
-    /// Draws everything larger or smaller by so many steps.
+    /// Changes the interface scale by this many steps.
     pub(super) fn zoom_by(&mut self, steps: f32) {
         self.set_zoom((10.0 * (self.zoom + steps * Self::ZOOM_STEP)).round() / 10.0);
     }
 
-    /// Values out of range are brought into it.
+    /// Clamps values to their range.
     pub fn set_zoom(&mut self, zoom: f32) {
         if zoom.is_finite() {
             self.zoom = zoom.clamp(Self::ZOOM.0, Self::ZOOM.1);
         }
     }
 
-    /// Remembers a command that was chosen.
+    /// Remembers a chosen command.
     pub(super) fn remember_command(&mut self, name: &str) {
         self.commands.retain(|known| known != name);
         self.commands.insert(0, name.to_owned());

@@ -1,5 +1,4 @@
-//! What a session file keeps: the document with its undo history, and how it
-//! is looked at.
+//! The content of a session file: the document with its undo history and view.
 
 use super::camera::Camera;
 use super::document::Document;
@@ -20,7 +19,7 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// Whether there is anything that a person would miss.
+    /// Whether there is anything worth keeping.
     pub fn has_work(&self) -> bool {
         self.document.timeline.branches().iter().any(|branch| branch.states.len() > 1)
             || !self.undo.done().is_empty()
@@ -29,7 +28,7 @@ impl Workspace {
 }
 
 impl Session {
-    /// All that a session file keeps.
+    /// The content of a session file.
     pub fn workspace(&self) -> Workspace {
         Workspace {
             document: self.document(),
@@ -41,8 +40,7 @@ impl Session {
         }
     }
 
-    /// Makes what was kept the present session. What belongs to the window
-    /// itself, as its theme, stays.
+    /// Restores a session. Settings of the window itself, such as its theme, are kept.
     pub fn take_workspace(&mut self, workspace: Workspace) -> Vec<Effect> {
         let Workspace { document, undo, pace, is_live, view, camera } = workspace;
         // Before the first picture the window has no form of its own yet, and

@@ -1,4 +1,4 @@
-//! Work that a frame must not wait for, on threads of its own.
+//! Work in background threads that a frame must not wait for.
 
 use std::sync::{Arc, LazyLock, OnceLock};
 
@@ -7,8 +7,7 @@ use rayon::ThreadPool;
 
 use crate::io::caught;
 
-/// Half of the cores: what is drawn and what is sampled have theirs. `None`
-/// where the operating system gives no threads.
+/// Uses half of the cores; rendering and sampling need the others. `None` if no threads can be started.
 static POOL: LazyLock<Option<ThreadPool>> = LazyLock::new(|| {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let pool = rayon::ThreadPoolBuilder::new()
@@ -21,7 +20,7 @@ static POOL: LazyLock<Option<ThreadPool>> = LazyLock::new(|| {
     .ok()
 });
 
-/// Where a result will be; none of a work that failed.
+/// Holds a result; empty if the computation failed.
 type Place<T> = Arc<OnceLock<Option<Arc<T>>>>;
 
 /// The newest result of some work that is done again and again with other
@@ -39,7 +38,7 @@ impl<K, T> Default for Background<K, T> {
     }
 }
 
-/// Shares the results, whether or not `T` can be cloned.
+/// Shares the results, even if `T` cannot be cloned.
 impl<K: Clone, T> Clone for Background<K, T> {
     fn clone(&self) -> Self {
         Self { done: self.done.clone(), under_way: self.under_way.clone() }
@@ -78,14 +77,14 @@ impl<K: Clone + PartialEq, T: Send + Sync + 'static> Background<K, T> {
         self.done.as_ref().and_then(|(of, result)| Some((of, result.as_ref()?)))
     }
 
-    /// Whether a result is on its way.
+    /// Whether a result is being computed.
     #[cfg(test)]
     fn is_busy(&self) -> bool {
         self.under_way.is_some()
     }
 }
 
-/// What the work gives; nothing where it panics, which is logged.
+/// Result of the work; `None` if it panics, which is logged.
 fn guarded<T>(work: impl FnOnce() -> T) -> Option<Arc<T>> {
     let result = caught(work);
     if result.is_err() {
@@ -99,7 +98,7 @@ mod tests {
     use super::*;
     use std::sync::mpsc::channel;
 
-    /// Waits until nothing is under way.
+    /// Waits until no work is in progress.
     fn settle(background: &mut Background<u32, u32>, key: u32) -> Option<(u32, u32)> {
         loop {
             let found = background.get(&key, Some(&Context::default()), move || 10 * key);

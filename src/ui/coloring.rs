@@ -1,5 +1,4 @@
-//! The numbers that colours tell, made in the background and kept until their
-//! source changes.
+//! Scalar values for colouring, computed in the background and cached until their source changes.
 
 use std::sync::{Arc, OnceLock};
 
@@ -17,11 +16,10 @@ use crate::session::scene::SceneFromInput;
 use crate::session::view::ColorBy;
 use crate::worker::{LoadedShape, Snapshot};
 
-/// Distances, or labels, that are computed within a frame; more are in the
-/// background.
+/// Maximum number of distances or labels computed within a frame; more are computed in the background.
 const QUICK: usize = 150_000;
 
-/// What the numbers are made of.
+/// What the values are computed from.
 #[derive(Debug, Clone)]
 struct Key {
     shape: Arc<LoadedShape>,
@@ -39,7 +37,7 @@ impl PartialEq for Key {
     }
 }
 
-/// Numbers with an end of the range of their own choice.
+/// Values with a chosen end of the range.
 #[derive(Debug, Clone)]
 pub(super) enum Numbers {
     Points(Arc<Scalar>),
@@ -55,33 +53,32 @@ impl Numbers {
     }
 }
 
-/// What a view's colours tell.
+/// What the colours of a view show.
 #[derive(Debug, Clone, Default)]
 pub(super) enum Told {
-    /// No numbers.
+    /// No values.
     #[default]
     Nothing,
-    /// Numbers that are not there, and why.
+    /// Values that are not available, with the reason.
     Missing(&'static str),
-    /// For as long as new ones are on their way, the last.
+    /// The last ones while new ones are computed.
     Numbers(Numbers),
 }
 
-/// The way to a shape, made when it is first asked for.
+/// Distances to a shape, prepared on first use.
 type ToShape = Arc<OnceLock<Option<Nearest>>>;
 
-/// The numbers of one view.
+/// The values of one view.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Coloring {
     made: Background<Key, Numbers>,
-    /// The last numbers, with the end of the range that was asked for.
+    /// The last values, with the requested end of the range.
     shown: Option<(Arc<Numbers>, Top, Numbers)>,
     to_shape: Option<(Arc<Shape>, ToShape)>,
 }
 
 impl Coloring {
-    /// What the view's colours tell. Where it takes long, a `window` is drawn
-    /// anew when it is known; without one it is waited for.
+    /// What the view's colours show. If it takes long, `window` is redrawn when it is ready; without a window, this call waits.
     pub(super) fn update(&mut self, view: &SceneView<'_>, window: Option<&Context>) -> Told {
         let by = view.view.color_by;
         let (Some(shape), Some(snapshot)) = (view.loaded, view.snapshot) else { return Told::Nothing };
@@ -159,7 +156,7 @@ impl Coloring {
     }
 }
 
-/// What numbers are made from.
+/// What values are computed from.
 enum Source {
     Own(Arc<Snapshot>),
     Nearest(Arc<Snapshot>),
@@ -179,7 +176,7 @@ impl Source {
         }
     }
 
-    /// About how many distances or labels are to be looked at.
+    /// Approximate number of distances or labels to compute.
     fn cost(&self, shape: &LoadedShape) -> usize {
         let samples = shape.cloud.points.len();
         let primitives = |state: &Snapshot| state.abstraction.primitives.len();

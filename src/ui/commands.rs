@@ -1,5 +1,4 @@
-//! The list of all commands: found by a few letters of their name, run by
-//! Enter.
+//! The command palette: finds commands by a few letters, runs them with Enter.
 
 use egui::{
     Align2, Context, FontId, Key, Label, Modal, Modifiers, RichText, Role, ScrollArea, Sense, TextEdit,
@@ -17,24 +16,24 @@ use crate::session::view::{ColorBy, Layer, SurfaceStyle};
 use crate::worker::Pace;
 
 const WIDTH: f32 = 560.0;
-/// Rows that are seen at a time.
+/// Number of visible rows.
 const ROWS: f32 = 12.0;
 
-/// Something that can be chosen.
+/// An entry.
 #[derive(Debug)]
 struct Item {
     name: String,
-    /// Of what kind it is, in a word.
+    /// Its category.
     group: &'static str,
     tooltip: String,
     shortcut: Option<String>,
     action: Action,
-    /// Why it can't be had now.
+    /// Why it is not available.
     reason: Option<&'static str>,
     is_on: bool,
 }
 
-/// The list while it is open.
+/// The open palette.
 #[derive(Debug, Default)]
 pub(super) struct Commands {
     query: String,
@@ -113,7 +112,7 @@ impl Commands {
         }
     }
 
-    /// Whether another one was chosen.
+    /// Whether the choice has changed.
     fn move_by_keys(&mut self, ctx: &Context, count: usize) -> bool {
         let last = count.saturating_sub(1);
         let before = self.chosen;
@@ -175,7 +174,7 @@ fn row(ui: &mut Ui, item: &Item, is_chosen: bool) -> egui::Response {
     response.on_hover_text(item.reason.unwrap_or(&item.tooltip))
 }
 
-/// Everything that takes no argument.
+/// All commands without arguments.
 fn items(session: &Session) -> Vec<Item> {
     let verbs = Verb::ALL.iter().filter(|verb| **verb != Verb::ShowCommands).map(|&verb| {
         let entry = verb.entry();
@@ -250,8 +249,7 @@ fn items(session: &Session) -> Vec<Item> {
         .collect()
 }
 
-/// Those that the query may mean, the likeliest first; without a query all, the
-/// last used first.
+/// Commands that match the query, best first; without a query all of them, recently used first.
 fn found(items: Vec<Item>, query: &str, used: &[String]) -> Vec<Item> {
     let recency = |item: &Item| used.iter().position(|name| *name == item.name).unwrap_or(usize::MAX);
     let mut scored: Vec<(i32, usize, Item)> = items

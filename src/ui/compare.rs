@@ -1,5 +1,4 @@
-//! Two states side by side: the shown one and another, with what differs
-//! painted and counted.
+//! Two states side by side, with their differences painted and counted.
 
 use std::sync::Arc;
 
@@ -24,10 +23,10 @@ use crate::worker::Snapshot;
 
 /// Space between the two views.
 const GAP: f32 = 2.0;
-/// What a view is called for those who can't see it.
+/// Accessible name of the view.
 const NAME: &str = "3D view of the other state";
 
-/// What the two states were found to differ in, by their keys.
+/// Differences between two states, by their keys.
 #[derive(Debug)]
 struct Difference {
     keys: (u64, u64),
@@ -70,7 +69,7 @@ pub(super) struct Compare {
 }
 
 impl Compare {
-    /// Fills the space that is left with one view or two.
+    /// Fills the remaining space with one or two views.
     pub(super) fn show(
         &mut self,
         ui: &mut Ui,
@@ -128,7 +127,7 @@ impl Compare {
     }
 }
 
-/// What is asked for in the other view, where it means something there.
+/// Actions in the other view, as far as they apply there.
 fn from_other(action: Action, comparison: &Comparison, other: &Compared<'_>) -> Option<Action> {
     match action {
         Action::Orbit { .. }
@@ -151,7 +150,7 @@ fn points_only(view: &View) -> View {
     view
 }
 
-/// Side by side, or one below the other where that leaves more of each.
+/// Side by side, or stacked if that leaves more space for each.
 fn halves(rect: Rect) -> (Rect, Rect) {
     if rect.width() >= rect.height() {
         let middle = rect.center().x.round();
@@ -168,7 +167,7 @@ fn halves(rect: Rect) -> (Rect, Rect) {
     }
 }
 
-/// Which state is beside, how it is shown, and what it differs in.
+/// Controls for the compared state, and the disagreement.
 fn bar(
     ui: &mut Ui,
     session: &Session,
@@ -270,8 +269,7 @@ fn table(ui: &mut Ui, session: &Session, other: &Compared<'_>) {
     });
 }
 
-/// What a view shows, in its upper left corner: the view's letter, the branch
-/// and the state, by their names.
+/// Caption of a view in its upper left corner: its letter, branch and state.
 fn caption(ui: &mut Ui, session: &Session, rect: Rect, [letter, branch, name]: [&str; 3], state: &Snapshot) {
     let palette = Palette::of(ui);
     let figures = [Curve::Clusters, Curve::MeanError, Curve::Chamfer].map(|c| value_text(session, c, state));

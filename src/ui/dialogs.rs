@@ -1,5 +1,5 @@
-//! Asking for a path: the system's dialog off the window's thread and, where
-//! there is none, a field to type the path into.
+//! File dialogs: the system's dialog outside the window's thread or, without one, a text field for
+//! the path.
 
 use std::path::{Path, PathBuf};
 use std::pin::Pin;
@@ -14,17 +14,16 @@ use super::widgets::{dialog_body, dialog_width};
 use crate::io::{self, AnimationFormat, Format};
 use crate::session::action::{Action, PictureKind};
 
-/// A dialog that a person cancelled was open for longer; where there is none,
-/// the answer comes within some 15 ms.
+/// Dialogs cancelled by a person stay open longer than this. Without a dialog, the answer comes within about 15 ms.
 const TOO_FAST_FOR_A_PERSON: Duration = Duration::from_millis(150);
 
-/// Height of the field for the path with what stands around it, and the buttons.
+/// Height of the path field with its surroundings and the buttons.
 const FIELD: f32 = 130.0;
 
-/// The system's dialog, on its way to a path.
+/// A running system dialog.
 type Answer = Pin<Box<dyn Future<Output = Option<rfd::FileHandle>> + Send>>;
 
-/// What the path is for.
+/// Purpose of the path.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Purpose {
     Open,
@@ -36,7 +35,7 @@ pub enum Purpose {
 }
 
 impl Purpose {
-    /// Whether the file has to be there.
+    /// Whether the file must exist.
     pub fn is_reading(self) -> bool {
         matches!(self, Self::Open | Self::Primitives)
     }
@@ -88,7 +87,7 @@ impl Purpose {
 }
 
 impl Purpose {
-    /// The path with the ending that a session is told by.
+    /// The path with the extension of session files.
     fn completed(self, path: PathBuf) -> PathBuf {
         if self != Self::Session || io::has_session_ending(&path) {
             return path;
@@ -99,30 +98,29 @@ impl Purpose {
     }
 }
 
-/// Endings of all files that can be opened.
+/// Extensions of all files that can be opened.
 fn openable() -> Vec<&'static str> {
     [io::SHAPE_ENDINGS, &[io::SESSION_ENDING, "json"]].concat()
 }
 
-/// A dialog of the system that is open.
+/// An open system dialog.
 #[derive(Debug)]
 struct Pending {
     purpose: Purpose,
-    /// What the field to type into starts with, should it be needed.
+    /// Initial text of the path field, if it is needed.
     typed: String,
-    /// The path, and how long it took to come.
+    /// The path, and how long the dialog was open.
     answer: Receiver<(Option<PathBuf>, Duration)>,
 }
 
-/// The field to type a path into.
+/// The dialog for typing a path.
 #[derive(Debug)]
 struct Prompt {
     purpose: Purpose,
     text: String,
     reason: Option<&'static str>,
     is_new: bool,
-    /// The file that is there already and would be replaced, once it was typed
-    /// and entered.
+    /// The existing file to be replaced, after it was entered once.
     replaces: Option<PathBuf>,
 }
 
@@ -131,7 +129,7 @@ impl Prompt {
         Self { purpose, text, reason, is_new: true, replaces: None }
     }
 
-    /// What the program knows of the path as it stands.
+    /// A note about the current path.
     fn note(&self) -> Option<&'static str> {
         let typed = self.text.trim();
         if typed.is_empty() || self.replaces.is_some() {
@@ -149,8 +147,7 @@ impl Prompt {
         folder.is_some_and(|folder| !folder.is_dir()).then_some("Folder not found")
     }
 
-    /// The path was entered: what follows, or `None` where it has to be
-    /// confirmed first.
+    /// Handles an entered path; `None` if it must be confirmed first.
     fn enter(&mut self) -> Option<Action> {
         let path = self.purpose.completed(expand(self.text.trim()));
         if !self.purpose.is_reading() && path.exists() && self.replaces.as_ref() != Some(&path) {
@@ -163,7 +160,7 @@ impl Prompt {
 
 #[derive(Debug)]
 pub(super) struct Dialogs {
-    /// Whether the system is asked at all.
+    /// Whether system dialogs are used.
     system: bool,
     pending: Option<Pending>,
     prompt: Option<Prompt>,
@@ -174,8 +171,7 @@ impl Dialogs {
         Self { system, pending: None, prompt: None }
     }
 
-    /// Asks for a path, first in `folder`; a file that is to be written is
-    /// suggested as `name`.
+    /// Asks for a path, starting in `folder`. `name` is suggested for a file to be written.
     pub(super) fn ask(&mut self, ctx: &Context, purpose: Purpose, name: &str, folder: Option<&Path>) {
         if self.pending.is_some() || self.prompt.is_some() {
             return;

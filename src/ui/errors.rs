@@ -1,4 +1,4 @@
-//! The error box: what went wrong, why, and what to do.
+//! The error message: what went wrong, why, and what to do.
 
 use egui::{Align2, Area, Context, Frame, Id, Label, RichText, vec2};
 
@@ -8,10 +8,10 @@ use crate::session::Session;
 use crate::session::action::{Action, Verb};
 use crate::session::messages::Message;
 
-/// What is above and below of what scrolls: frame, buttons in two rows, air.
+/// Height around the scrolling part: frame, two rows of buttons, margins.
 const ROOM: f32 = 120.0;
 
-/// Which error's details are unfolded.
+/// The error whose details are shown.
 #[derive(Debug, Default)]
 pub(super) struct ErrorBox {
     detailed: Option<u64>,

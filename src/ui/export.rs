@@ -1,4 +1,4 @@
-//! The export dialog: what is written, how, how large it gets, and where.
+//! The export dialog: format, options, approximate size and file name.
 
 use std::path::PathBuf;
 
@@ -22,11 +22,11 @@ const GAP: f32 = 20.0;
 /// Of the field for the path and the buttons.
 const BELOW: f32 = 2.0 * theme::ROW + 40.0;
 
-/// What a person asked of the dialog in this frame.
+/// Requests to the dialog in this frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Asked {
     Export,
-    /// To choose the file in the system's dialog.
+    /// Choose the file in the system's dialog.
     Browse,
     Close,
 }
@@ -35,22 +35,21 @@ enum Asked {
 struct Open {
     choice: ExportChoice,
     path: String,
-    /// The file that is there already, once a person was asked about it.
+    /// The existing file, once its replacement has to be confirmed.
     replaces: Option<PathBuf>,
     /// Frames in which the list still has to be scrolled to what was chosen
     /// last: the first of a dialog is drawn to find its size.
     unseen: u8,
 }
 
-/// The dialog, which remembers nothing while it is closed: that is for the
-/// session.
+/// The dialog. The session remembers the options while it is closed.
 #[derive(Debug, Default)]
 pub(super) struct ExportDialog {
     open: Option<Open>,
 }
 
 impl ExportDialog {
-    /// Opens the dialog with what was chosen last.
+    /// Opens the dialog with the last options.
     pub(super) fn ask(&mut self, session: &Session) {
         let mut choice = session.window.export;
         if session.why_not_exported(choice.format).is_some() {
@@ -64,8 +63,7 @@ impl ExportDialog {
         self.open = Some(Open { choice, path: path.display().to_string(), replaces: None, unseen: 2 });
     }
 
-    /// Draws the dialog. Answers the format that the system is to be asked a
-    /// path for.
+    /// Draws the dialog. Returns the format for which the system's dialog should ask for a path.
     pub(super) fn show(
         &mut self,
         ctx: &Context,
@@ -120,7 +118,7 @@ impl ExportDialog {
 }
 
 impl Open {
-    /// The list of formats, by what they hold.
+    /// The list of formats, grouped by content.
     fn formats(&mut self, ui: &mut Ui, session: &Session) {
         ui.spacing_mut().item_spacing.y = 2.0;
         for kind in Kind::ALL {
@@ -154,7 +152,7 @@ impl Open {
         }
     }
 
-    /// Takes another format; the name follows as far as it was suggested.
+    /// Changes the format, and the suggested part of the name with it.
     fn choose(&mut self, format: Format, session: &Session) {
         let (before, after) = (session.export_name(self.choice.format), session.export_name(format));
         self.path = match self.path.strip_suffix(&before) {
@@ -258,7 +256,7 @@ impl Open {
         !self.path.trim().is_empty() && self.problem().is_none()
     }
 
-    /// What keeps the file from being written, as far as one can tell.
+    /// Why the file cannot be written, as far as known.
     fn problem(&self) -> Option<&'static str> {
         let path = expand(self.path.trim());
         let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
@@ -269,7 +267,7 @@ impl Open {
         }
     }
 
-    /// The path was entered: it, or `None` where it has to be confirmed first.
+    /// Handles an entered path; `None` if it must be confirmed first.
     fn enter(&mut self) -> Option<PathBuf> {
         let mut path = expand(self.path.trim());
         if path.extension().is_none() {
@@ -296,7 +294,7 @@ fn lines(ui: &Ui, format: Format, is_there: bool) -> LayoutJob {
     job
 }
 
-/// A number of any size, which is dragged by a share of it.
+/// A number of any magnitude, dragged in proportion to its value.
 fn share(ui: &mut Ui, choice: Choice, value: &mut f64, (least, most): (f64, f64)) {
     let speed = *value * 0.01;
     let value = widgets::editable(value, widgets::setting);

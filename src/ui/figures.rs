@@ -1,4 +1,4 @@
-//! The figures of the present state against the shape: those of `evaluate`.
+//! The metrics of the current state against the shape, as in `evaluate`.
 
 use egui::{Label, RichText, Ui};
 
@@ -8,18 +8,18 @@ use crate::geometry::metrics::Metrics;
 use crate::inference::Phase;
 use crate::session::Session;
 
-/// Width that a figure needs at least.
+/// Minimum width of a metric.
 const CELL: f32 = 72.0;
-/// Heights of a row of them and of a line of text below.
+/// Heights of a row of metrics and of a line of text below.
 const ROW: f32 = 30.0;
 const REMARK: f32 = 16.0;
 
-/// A figure's name, its value and what it means.
+/// Name, value and meaning of a metric.
 struct Figure {
     name: &'static str,
     value: String,
     meaning: String,
-    /// The value is that of the result before.
+    /// The value belongs to an earlier result.
     is_old: bool,
 }
 
@@ -46,7 +46,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session) {
     }
 }
 
-/// Height of the figures in a wide row, with what has to be said of them.
+/// Height of the metrics in a wide row, including notes.
 pub(super) fn row_height(session: &Session) -> f32 {
     if remark(session).is_some() { ROW + REMARK } else { ROW }
 }
@@ -134,7 +134,7 @@ fn metrics(session: &Session) -> Option<&Metrics> {
     session.measurement().and_then(|m| m.result.as_ref().ok())
 }
 
-/// The last figures, where those of the present state are on their way.
+/// The metrics of the current state, or the last ones while they are measured.
 fn last_of_live(session: &Session) -> Option<&Metrics> {
     let is_coming = session.live.is_on
         && session.phase() == Some(Phase::Finished)
@@ -142,9 +142,7 @@ fn last_of_live(session: &Session) -> Option<&Metrics> {
     session.last_measurement().filter(|_| is_coming).and_then(|m| m.result.as_ref().ok())
 }
 
-/// Why a figure is missing, where no tooltip should have to be looked for.
-/// What the shape is to blame for is said of all its states, so that nothing
-/// jumps when one of them has not been measured yet.
+/// Why a metric is missing, shown without a tooltip. Reasons that depend only on the shape are shown for all its states, so that the layout does not jump.
 fn remark(session: &Session) -> Option<String> {
     match &session.last_measurement()?.result {
         Err(why) => Some(format!("Not measured: {why}")),

@@ -1,4 +1,4 @@
-//! Finding a name by a few of its letters.
+//! Fuzzy matching of names.
 
 /// How well `query` fits `text`: each of its words has to occur, as letters of
 /// the text in this order. Letters at the start of a word and letters that

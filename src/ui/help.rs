@@ -1,4 +1,4 @@
-//! What keys and mouse do, made from the table they obey; and who made this.
+//! The help page for keys and mouse, built from the table of actions, and the about page.
 
 use egui::{Align2, Context, Frame, Grid, Label, RichText, TextEdit, Window, vec2};
 

@@ -1,5 +1,4 @@
-//! The undo entries of the Edit menu: what would be undone, and all steps at
-//! once.
+//! The undo entries of the Edit menu: the next step, and the list of all steps.
 
 use egui::{Button, RichText, ScrollArea, Ui};
 
@@ -12,7 +11,7 @@ use crate::session::timeline::Timeline;
 /// Height of the list.
 const HEIGHT: f32 = 320.0;
 
-/// Undo and Redo with what they are about, and the list of all steps.
+/// Undo and Redo with the names of their steps, and the list of all steps.
 pub(super) fn menu(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     let (done, undone) = (session.undo.done(), session.undo.undone());
     for (verb, step) in [(Verb::Undo, done.last()), (Verb::Redo, undone.last())] {
@@ -38,8 +37,7 @@ pub(super) fn menu(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     });
 }
 
-/// Every step, the newest on top; one that is clicked becomes the last that is
-/// done.
+/// All steps, newest first. Clicking one undoes everything after it.
 fn list(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     let (done, undone) = (session.undo.done(), session.undo.undone());
     let weak = Palette::of(ui).weak;
@@ -82,7 +80,7 @@ fn in_words(steps: usize) -> String {
     if steps == 1 { "step".to_owned() } else { format!("{steps} steps") }
 }
 
-/// The state that was shown then; steps of the same name are told apart by it.
+/// The state shown at that time, to distinguish steps with the same name.
 fn state_of(timeline: &Timeline) -> String {
     if timeline.states().is_empty() { String::new() } else { timeline.shown_name().short() }
 }

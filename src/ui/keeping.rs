@@ -1,4 +1,4 @@
-//! Questions about sessions: what was left behind, what is unsaved.
+//! Dialogs about sessions: recovery and unsaved changes.
 
 use std::time::SystemTime;
 
@@ -23,7 +23,7 @@ pub(super) fn show(ctx: &Context, session: &Session, actions: &mut Vec<Action>) 
     }
 }
 
-/// What was left behind by windows that ended without being closed.
+/// Sessions of windows that did not close properly.
 fn about_found(ctx: &Context, found: &[Found], actions: &mut Vec<Action>) {
     let response = modal("left behind").frame(frame(ctx)).show(ctx, |ui| {
         ui.set_width(dialog_width(ctx, WIDTH));
@@ -52,7 +52,7 @@ fn about_found(ctx: &Context, found: &[Found], actions: &mut Vec<Action>) {
     }
 }
 
-/// One session with what can be done about it.
+/// One session with its buttons.
 fn row(ui: &mut Ui, session: &Found, now: SystemTime, actions: &mut Vec<Action>) {
     Frame::group(ui.style()).inner_margin(10.0).show(ui, |ui| {
         ui.set_width(ui.available_width());
@@ -78,7 +78,7 @@ fn row(ui: &mut Ui, session: &Found, now: SystemTime, actions: &mut Vec<Action>)
     ui.add_space(4.0);
 }
 
-/// What is unsaved and would be lost, since nothing can be kept.
+/// Unsaved work that would be lost because there is no journal.
 fn about_unsaved(ctx: &Context, parting: &Parting, actions: &mut Vec<Action>) {
     let (heading, discard) = match parting {
         Parting::Quit => ("Save the session before quitting?", "Quit without saving"),

@@ -1,11 +1,10 @@
-//! From egui's key events to verbs.
+//! Maps egui's key events to verbs.
 
 use crate::session::Session;
 use crate::session::action::{Action, Key, Shortcut, Verb};
 use crate::session::view::Tool;
 
-/// The verbs whose shortcuts were pressed in this frame, those that would do
-/// something first. Typing into a field presses next to none.
+/// Verbs whose shortcuts were pressed in this frame, available ones first. Almost none while a text field has the focus.
 pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<Action>) {
     // While a list or a question is open, keys belong to it.
     if session.window.shows_commands || ctx.memory(|memory| memory.top_modal_layer().is_some()) {
@@ -67,15 +66,14 @@ pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<
     });
 }
 
-/// Whether a field leaves this to the window: a letter with Ctrl that is not
-/// for the text itself.
+/// Whether a text field passes this on: a letter with Ctrl that does not edit the text.
 fn is_for_the_window(key: Key, modifiers: egui::Modifiers) -> bool {
     let edits = ['A', 'C', 'V', 'X', 'Z', 'Y', 'U', 'W', 'K', 'H', 'B', 'F', 'N', 'P', 'E', 'D'];
     let all_commands = modifiers.shift && key == Key::Char('P');
     modifiers.command && (all_commands || matches!(key, Key::Char(c) if !edits.contains(&c)))
 }
 
-/// What Escape ends first: a window, an error, or else a tool.
+/// What Escape closes first: a window, an error, or else a tool.
 fn topmost(session: &Session) -> Option<Action> {
     let view = &session.view;
     let windows = [(view.shows_about, Verb::ShowAbout), (view.shows_shortcuts, Verb::ShowShortcuts)];

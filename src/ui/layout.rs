@@ -1,5 +1,4 @@
-//! The panels around the viewport: how large they are, and how they open and
-//! close.
+//! The panels around the viewport: sizes, opening and closing.
 
 use egui::{Panel, Ui, Vec2};
 use serde::{Deserialize, Serialize};
@@ -18,8 +17,7 @@ pub struct Sizes {
     right: f32,
     log: f32,
     timeline: f32,
-    /// Another number is another set of panels, that know nothing of what the
-    /// ones before were dragged to.
+    /// A new number creates new panels, without the sizes of the previous ones.
     #[serde(skip)]
     generation: u32,
 }
@@ -47,7 +45,7 @@ impl Sizes {
     }
 }
 
-/// A panel that can be dragged to another size.
+/// A resizable panel.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Part {
     Left,
@@ -112,7 +110,7 @@ impl Part {
     }
 }
 
-/// Shows a panel that the verb opens and closes; its size if it is open.
+/// Shows a panel toggled by the verb; returns its size if open.
 fn collapsible(
     ui: &mut Ui,
     panel: Panel,

@@ -1,4 +1,4 @@
-//! The log: everything that was said, newest first.
+//! The log: all messages, newest first.
 
 use egui::{Align, Label, Layout, RichText, ScrollArea, Sense, TextEdit, Ui, vec2};
 
@@ -13,10 +13,10 @@ const LINE: f32 = 19.0;
 /// Width of the column of times.
 const CLOCK: f32 = 42.0;
 
-/// What of the log is shown.
+/// Filter of the log.
 #[derive(Debug)]
 pub(super) struct Log {
-    /// Messages that matter less are left out.
+    /// Less severe messages are hidden.
     least: Level,
     search: String,
 }

@@ -1,5 +1,5 @@
-//! The merge that waits for a decision: a card over the viewport's lower edge
-//! with the pair, what the test says of it, and the buttons.
+//! The proposed merge: a card over the viewport's lower edge with the pair, the result of the test
+//! and the buttons.
 
 use egui::{
     Align2, Area, Context, Frame, Id, Label, Rect, Response, RichText, Role, Sense, Ui, WidgetInfo, pos2,
@@ -87,8 +87,7 @@ fn card(ui: &mut Ui, session: &Session, proposal: &MergeProposal, actions: &mut 
     });
 }
 
-/// A number of the test, as a bar against what it is held against, which spans
-/// from the one to the other number.
+/// A value of the test as a bar, with its limit.
 fn row(ui: &mut Ui, number: &TestNumber, (low, high): (f64, f64)) {
     let palette = Palette::of(ui);
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), theme::ROW), Sense::hover());
@@ -149,9 +148,7 @@ fn describe(response: &Response, number: &TestNumber) {
     response.clone().on_hover_text(tooltip);
 }
 
-/// What a bar spans: 0, the value and the threshold, with room at the end; where
-/// there is no threshold the values of the others without one, too, so that
-/// they can be compared.
+/// Range of a bar: 0, the value and the threshold, with some room. Values without a threshold share a range, so that they can be compared.
 fn domain(number: &TestNumber, all: &[TestNumber]) -> (f64, f64) {
     let unit = |n: &TestNumber| merge_wording::quantity(n.quantity).1;
     let is_like =

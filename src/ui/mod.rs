@@ -1,6 +1,5 @@
-//! The window's contents: panels around the viewport. [`Interface::show`]
-//! draws a session and answers with what the person asked for; it changes
-//! nothing itself.
+//! The window's contents: panels around the viewport. [`Interface::show`] draws a session and
+//! returns the user's actions; it changes nothing itself.
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -59,16 +58,14 @@ use seeds::SeedStrip;
 use timeline::Timeline;
 use viewport::{Studio, Viewport};
 
-/// Below this width of the window, in logical pixels, there is room for one
-/// side panel only.
+/// Below this window width, in logical pixels, there is room for only one side panel.
 const NARROW: f32 = 860.0;
 
-/// A hand that holds a slider rests when nothing was moved for so many seconds
-/// and in so many frames: where frames are slow, some of a drag see no change.
+/// A slider counts as resting when nothing has moved for this many seconds and frames. With slow frames, some frames of a drag see no change.
 const REST: f64 = 0.2;
 const STILL_FRAMES: u32 = 2;
 
-/// What the window remembers besides the session.
+/// Window state outside the session.
 #[derive(Debug)]
 pub struct Interface {
     viewport: Viewport,
@@ -83,17 +80,15 @@ pub struct Interface {
     compare: Compare,
     log: Log,
     sizes: Sizes,
-    /// When what a run is made from was last changed, in seconds, and the frames
-    /// without a movement since.
+    /// Time of the last change to a run's inputs, in seconds, and the number of frames without movement since.
     turned_at: f64,
     still_frames: u32,
-    /// Something is being dragged whose changes are one step for undo.
+    /// A drag is in progress whose changes form one undo step.
     is_in_gesture: bool,
 }
 
 impl Interface {
-    /// Sets the themes up and, where there is a render state, the 3D view.
-    /// Without `system_dialogs` paths are always typed.
+    /// Sets up the themes and, if there is a render state, the 3D view. Without `system_dialogs`, paths are always typed.
     pub fn new(ctx: &Context, state: Option<&egui_wgpu::RenderState>, system_dialogs: bool) -> Self {
         theme::install(ctx);
         ctx.add_plugin(tooltips::QuietTooltips::default());
@@ -116,34 +111,32 @@ impl Interface {
         }
     }
 
-    /// Asks the person for a path, first in `folder`; the answer comes as an
-    /// action of a later [`Interface::show`].
+    /// Asks the user for a path, starting in `folder`. The answer is an action of a later [`Interface::show`].
     pub fn ask(&mut self, ctx: &Context, purpose: Purpose, name: &str, folder: Option<&Path>) {
         self.dialogs.ask(ctx, purpose, name, folder);
     }
 
-    /// How large the panels are, for the next start.
+    /// Panel sizes, for the next start.
     pub fn sizes(&self) -> &Sizes {
         &self.sizes
     }
 
-    /// Brings the panels to these sizes.
+    /// Sets the panel sizes.
     pub fn set_sizes(&mut self, sizes: Sizes) {
         self.sizes.replace(sizes);
     }
 
-    /// Asks the person how a picture of the 3D view is to be taken.
+    /// Opens the dialog for a picture of the 3D view.
     pub fn ask_for_picture(&mut self, kind: PictureKind) {
         self.pictures.ask(kind);
     }
 
-    /// Asks the person what is to be written, and where.
+    /// Opens the export dialog.
     pub fn ask_for_export(&mut self, session: &Session) {
         self.export.ask(session);
     }
 
-    /// Takes the picture that was asked for; how it went comes as an action of a
-    /// later [`Interface::show`].
+    /// Renders the requested picture. The outcome is an action of a later [`Interface::show`].
     ///
     /// # Errors
     /// Where there is nothing to draw with.
@@ -232,8 +225,7 @@ impl Interface {
         actions
     }
 
-    /// Tells when a gesture ends: what the pointer drags until it lets go, what
-    /// the keyboard changes at once.
+    /// Detects the end of a gesture: for the pointer when it is released, for the keyboard immediately.
     fn watch_gesture(&mut self, ctx: &Context, actions: &mut Vec<Action>) {
         let is_part = |action: &Action| {
             matches!(action, Action::SetParams(_) | Action::SetSampling(_) | Action::DraftShape(_))
@@ -245,7 +237,7 @@ impl Interface {
         }
     }
 
-    /// Tells when the hand that turns a slider comes to rest.
+    /// Detects when a dragged slider comes to rest.
     fn watch_hand(&mut self, ctx: &Context, session: &Session, actions: &mut Vec<Action>) {
         let turns = |action: &Action| {
             matches!(action, Action::SetParams(_) | Action::SetMethod(_) | Action::SetSampling(_))

@@ -1,4 +1,4 @@
-//! What floats above the window.
+//! Overlays on top of the window.
 
 use egui::{Align2, Area, Button, Context, Frame, Id, Label, RichText, vec2};
 
@@ -11,7 +11,7 @@ use super::widgets::keep_clear;
 use crate::session::Session;
 use crate::session::action::Action;
 
-/// What each of them remembers.
+/// State of the overlays.
 #[derive(Debug, Default)]
 pub(super) struct Overlays {
     toasts: Toasts,
@@ -39,7 +39,7 @@ impl Overlays {
     }
 }
 
-/// Says that what is shown is not what the parameters would make now.
+/// Shows that the result does not match the current parameters.
 fn outdated(ctx: &Context, session: &Session, viewport: egui::Rect, actions: &mut Vec<Action>) {
     if !session.is_outdated() || session.is_judging() {
         return;
@@ -65,7 +65,7 @@ fn outdated(ctx: &Context, session: &Session, viewport: egui::Rect, actions: &mu
     keep_clear(ctx, card.response.rect);
 }
 
-/// What the last merge came to, along the viewport's lower edge.
+/// Result of the last merge, along the viewport's lower edge.
 fn caption(ctx: &Context, session: &Session, viewport: egui::Rect) {
     let Some(text) = &session.merge_text else { return };
     // Beside the axes in the corner.

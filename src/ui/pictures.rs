@@ -1,5 +1,5 @@
-//! Saving pictures of the 3D view: the dialogs that ask how, and the job that
-//! draws them a bit a frame, so that the window goes on.
+//! Saving pictures of the 3D view: the dialogs, and the job that renders a little per frame so that
+//! the window stays responsive.
 
 use std::path::{Path, PathBuf};
 
@@ -26,10 +26,10 @@ const LABELS: f32 = 110.0;
 const BUTTONS: f32 = theme::ROW + 16.0;
 const LEAST_SIDE: u32 = 16;
 
-/// How large a picture is to be.
+/// Size of a picture.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Size {
-    /// As the view is on the screen.
+    /// The size of the view on screen.
     View,
     Fixed(u32, u32),
     Custom,
@@ -49,7 +49,7 @@ const TURNTABLE_SIZES: [(Size, &str); 4] = [
     (Size::Custom, "Custom"),
 ];
 
-/// What was chosen last stays for the next time.
+/// The last options are kept for the next time.
 #[derive(Debug)]
 struct Choice {
     size: Size,
@@ -60,7 +60,7 @@ struct Choice {
 /// Dialogs and job.
 #[derive(Debug)]
 pub(super) struct Pictures {
-    /// Without it there is nothing to draw with.
+    /// `None` without a graphics driver.
     studio: Option<Studio>,
     open: Option<PictureKind>,
     picture: Choice,
@@ -96,12 +96,12 @@ impl Pictures {
         }
     }
 
-    /// What was chosen for turntables: a file or a folder.
+    /// Format of turntables: a file or a folder.
     pub(super) fn format(&self) -> AnimationFormat {
         self.format
     }
 
-    /// Begins to draw what the dialog was about.
+    /// Starts rendering.
     pub(super) fn begin(
         &mut self,
         ctx: &Context,
@@ -130,8 +130,7 @@ impl Pictures {
         Ok(())
     }
 
-    /// Draws dialog or progress and goes on with the job. Answers the kind of
-    /// picture that a path is wanted for.
+    /// Draws the dialog or the progress, and continues the job. Returns the kind of picture that needs a path.
     pub(super) fn show(
         &mut self,
         ctx: &Context,
@@ -244,7 +243,7 @@ impl Pictures {
         });
     }
 
-    /// Goes on with the job: a picture a frame.
+    /// Continues the job, one picture per frame.
     fn advance(&mut self, ctx: &Context, viewport: egui::Rect, actions: &mut Vec<Action>) {
         let (Some(job), Some(studio)) = (&mut self.job, &mut self.studio) else { return };
         if let Some(outcome) = job.advance(studio) {
@@ -308,7 +307,7 @@ fn pixels(choice: &Choice, view: [u32; 2]) -> [u32; 2] {
     }
 }
 
-/// A name for the file or folder of a picture of a shape.
+/// Suggested name for the file or folder.
 pub(super) fn suggestion(kind: PictureKind, format: AnimationFormat, name: &str) -> String {
     match (kind, format) {
         (PictureKind::Still, _) => format!("{name}-view.png"),
@@ -317,7 +316,7 @@ pub(super) fn suggestion(kind: PictureKind, format: AnimationFormat, name: &str)
     }
 }
 
-/// The path with the ending that the format asks for, where a person gave none.
+/// The path with the format's extension, unless one was given.
 pub(super) fn with_ending(kind: PictureKind, format: AnimationFormat, path: PathBuf) -> PathBuf {
     let ending = match (kind, format) {
         (PictureKind::Still, _) => "png",

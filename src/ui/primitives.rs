@@ -1,4 +1,4 @@
-//! The right panel: the list of primitives, what is selected of them.
+//! The right panel: the list of primitives and the inspector.
 
 use egui::Ui;
 
@@ -15,16 +15,16 @@ pub(super) use inspector::swatch;
 /// Height of the numbers and buttons of one primitive, in logical pixels.
 const USUAL_HEIGHT: f32 = 300.0;
 
-/// What the panel remembers besides the session.
+/// Panel state outside the session.
 #[derive(Debug, Default)]
 pub(super) struct Primitives {
     list: list::List,
-    /// Height of what was shown of the selection in the frame before.
+    /// Height of the inspector in the previous frame.
     selection_height: f32,
 }
 
 impl Primitives {
-    /// `height` is that of the panel: the list takes what is left of it.
+    /// `height` is that of the panel; the list takes the rest.
     pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, height: f32, actions: &mut Vec<Action>) {
         let bottom = ui.cursor().top() + height;
         let has_selection = inspector::has_something(session);

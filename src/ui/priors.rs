@@ -1,4 +1,4 @@
-//! What α and p0 mean for the shape at hand, beside their sliders.
+//! What α and p0 mean for the current shape, next to their sliders.
 
 use egui::{RichText, Ui};
 
@@ -7,7 +7,7 @@ use super::widgets::{count, length};
 use crate::inference::{Params, Setting, expected_tables, new_table_distance};
 use crate::session::Session;
 
-/// The number of tables that α makes expect before a point is seen.
+/// The number of tables expected a priori for α.
 pub(super) fn tables(ui: &mut Ui, session: &Session, params: &Params) {
     let Some(loaded) = &session.loaded else { return };
     if !params.reads(Setting::Alpha) {
@@ -24,7 +24,7 @@ pub(super) fn tables(ui: &mut Ui, session: &Session, params: &Params) {
     );
 }
 
-/// The distance at which a new table wins.
+/// The distance beyond which a new table is preferred.
 pub(super) fn distance(ui: &mut Ui, session: &Session, params: &Params) {
     let Some(usual) = Usual::of(session) else { return };
     if !params.reads(Setting::P0) {
@@ -52,7 +52,7 @@ fn note(ui: &mut Ui, text: &str, tooltip: &str) {
     ui.label(RichText::new(text).small().color(Palette::of(ui).weak)).on_hover_text(tooltip);
 }
 
-/// A table as they are in the present state.
+/// A typical table of the current state.
 struct Usual {
     /// Mean number of points.
     points: f64,
@@ -63,7 +63,7 @@ struct Usual {
 }
 
 impl Usual {
-    /// `None` where there is no primitive.
+    /// `None` without primitives.
     fn of(session: &Session) -> Option<Self> {
         let primitives = session.primitives();
         let mut sigmas: Vec<f64> = primitives.iter().map(|p| p.sigma).filter(|s| s.is_finite()).collect();

@@ -1,4 +1,4 @@
-//! How far the run is; at the very bottom of the window the status line.
+//! The progress of the run, and the status bar.
 
 use egui::{RichText, Ui, vec2};
 

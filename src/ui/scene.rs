@@ -1,5 +1,4 @@
-//! What a viewport shows, and the data that it uploads for it, made anew only
-//! when its source changed.
+//! The content of a viewport and its GPU data, rebuilt only when the source changes.
 
 use std::collections::BTreeSet;
 use std::sync::{Arc, OnceLock};
@@ -23,11 +22,10 @@ use crate::session::seeds::Seeds;
 use crate::session::view::{ColorBy, View};
 use crate::worker::{Activity, LoadedShape, Snapshot};
 
-/// Up to this many points, what lies under the pointer is looked up as it moves
-/// also without an index.
+/// Up to this many points, picking on hover works without an index.
 const QUICK_POINTS: usize = 200_000;
 
-/// One state of a shape, as it is to be seen: what a viewport is given.
+/// A state of a shape with its view settings, as given to a viewport.
 #[derive(Debug, Clone)]
 pub(super) struct SceneView<'a> {
     pub(super) loaded: Option<&'a Arc<LoadedShape>>,
@@ -49,29 +47,27 @@ pub(super) struct SceneView<'a> {
     pub(super) selected_points: &'a Arc<[u32]>,
     /// Ids of primitives.
     pub(super) hidden: &'a BTreeSet<u32>,
-    /// What the points' colours tell instead of what the view's `color_by` says.
+    /// Point colours that override the view's `color_by`.
     pub(super) scalar: Option<&'a Arc<Scalar>>,
-    /// What the colours of the primitives' surfaces tell.
+    /// Colours of the primitives' surfaces.
     pub(super) surface_scalar: Option<&'a Arc<SurfaceScalar>>,
-    /// The samples that are to stand out from all others, whatever `color_by`
-    /// says.
+    /// Samples to highlight, regardless of `color_by`.
     pub(super) disagrees: Option<&'a Arc<[bool]>>,
-    /// Ids of primitives that something is told about, such as a pair that may
-    /// be merged.
+    /// Ids of highlighted primitives, such as a proposed pair.
     pub(super) lit: Vec<u32>,
-    /// The primitive, by id, that is under the hand, and its shape in input units.
+    /// The primitive being edited, by id, with its shape in input units.
     pub(super) draft: Option<(u32, Superquadric)>,
-    /// What is not there yet, in input units.
+    /// Previewed primitives, in input units.
     pub(super) ghosts: Vec<Superquadric>,
     /// The primitive, by id, that has handles, and what they change.
     pub(super) handles: Option<(u32, Mode)>,
-    /// The sample that is being explained.
+    /// The explained sample.
     pub(super) marked: Option<u32>,
     pub(super) is_loading: bool,
 }
 
 impl<'a> SceneView<'a> {
-    /// The session's present state.
+    /// The current state of the session.
     pub(super) fn of(session: &'a Session) -> Self {
         Self {
             loaded: session.loaded.as_ref(),
@@ -122,7 +118,7 @@ fn handled(session: &Session) -> Option<(u32, Mode)> {
     session.handles.filter(|_| can).map(|mode| (primitive.id, mode))
 }
 
-/// Data with a number that changes when it does; 0 is no data.
+/// Data with a version number; 0 means no data.
 #[derive(Debug, Default)]
 pub(super) struct Versioned<T> {
     version: u64,
@@ -157,7 +153,7 @@ pub(super) struct Mesh {
     pub(super) faces: Vec<[u32; 3]>,
 }
 
-/// What the data was made of.
+/// Source of the data.
 #[derive(Debug, Clone, Default)]
 struct Made {
     shape: Option<Arc<LoadedShape>>,
@@ -182,7 +178,7 @@ struct Made {
 pub(super) struct Scene {
     made: Made,
     coloring: Coloring,
-    /// What the colours should tell and why they don't.
+    /// What the colours should show, and why they do not.
     missing: Option<&'static str>,
     pub(super) points: Versioned<Vec<[f32; 3]>>,
     /// That of the points, once it has been made in the background.
@@ -194,8 +190,7 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    /// Takes over what has changed. Numbers that take long to compute come in a
-    /// later frame of the window's; without a window they are waited for.
+    /// Updates what has changed. Values that take long to compute arrive in a later frame of the window; without a window, this call waits.
     pub(super) fn update(
         &mut self,
         view: &SceneView<'_>,
@@ -339,7 +334,7 @@ impl Scene {
         self.primitives.set(instances.chain(ghosts).collect());
     }
 
-    /// Whether what lies under the pointer is found in no time.
+    /// Whether picking is fast.
     pub(super) fn is_quick_to_pick(&self) -> bool {
         self.points.data.len() <= QUICK_POINTS || self.index.get().is_some()
     }
@@ -353,7 +348,7 @@ impl Scene {
         }
     }
 
-    /// What the legend explains; `None` where colours tell no numbers.
+    /// Content of the legend; `None` if the colours show no values.
     pub(super) fn legend(&self) -> Option<Legend<'_>> {
         if let Some(why) = self.missing {
             return Some(Legend::Missing(why));
@@ -367,7 +362,7 @@ impl Scene {
     }
 }
 
-/// What a legend says.
+/// Content of a legend.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Legend<'a> {
     Bar {
@@ -378,7 +373,7 @@ pub(super) enum Legend<'a> {
         /// The largest number.
         most: f32,
     },
-    /// Why there are no numbers.
+    /// Why there are no values.
     Missing(&'static str),
 }
 

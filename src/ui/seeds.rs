@@ -1,5 +1,4 @@
-//! Runs that differ in their seed alone, side by side, best first: a click
-//! takes one.
+//! Runs that differ only in their seed, side by side, best first. A click opens one.
 
 use egui::{
     Align, Align2, Button, ComboBox, FontId, Frame, Label, Layout, Margin, Panel, ProgressBar, Rect,
@@ -28,7 +27,7 @@ const PICTURE: (f32, f32) = (60.0, 96.0);
 #[derive(Debug)]
 pub(super) struct SeedStrip {
     thumbnails: Thumbnails,
-    /// Draws the pictures, where there is something to draw with.
+    /// Renders the thumbnails, if there is a graphics driver.
     studio: Option<Studio>,
 }
 
@@ -152,7 +151,7 @@ impl SeedStrip {
     }
 }
 
-/// The place of a run that is still to come, with the share that is made.
+/// The card of a run still to come, with its progress.
 fn pending(ui: &mut Ui, progress: Option<(u64, f32)>, size: egui::Vec2) {
     let (rect, response) = ui.allocate_exact_size(size, Sense::hover());
     let palette = Palette::of(ui);
@@ -240,7 +239,7 @@ fn order(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     combo.response.accessible_name("Sort seeds by").on_hover_text(present.tooltip());
 }
 
-/// Switches the colours of the points to where the runs disagree, and back.
+/// Switches point colours to the disagreement of the runs, and back.
 fn paint(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     let on = session.view.color_by == ColorBy::SeedUncertainty;
     let button = Button::selectable(on, "Paint disagreement")

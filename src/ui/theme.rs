@@ -1,4 +1,4 @@
-//! Colours, type scale and spacing. No colour is named anywhere else in `ui`.
+//! Colours, type scale and spacing. No other file of `ui` defines colours.
 
 use egui::{
     Color32, CornerRadius, FontFamily, FontId, Margin, Stroke, Style, TextStyle, Theme, Visuals, vec2,

@@ -1,5 +1,5 @@
-//! What is said in passing: notes and warnings in the viewport's lower right
-//! corner or where no card is in the way, which go by themselves.
+//! Transient notes and warnings in the viewport's lower right corner, or where no card is in the
+//! way.
 
 use std::time::Duration;
 
@@ -11,9 +11,9 @@ use crate::session::Session;
 use crate::session::action::Action;
 use crate::session::messages::{Level, Message};
 
-/// As many are shown at a time; older ones make room.
+/// Maximum number shown at a time; older ones are removed.
 const MOST: usize = 4;
-/// Seconds in which one fades away, at the end of its time.
+/// Seconds of fading at the end.
 const FADE: f64 = 0.5;
 /// Width of one in logical pixels.
 const WIDTH: f32 = 340.0;
@@ -22,24 +22,24 @@ const MARGIN: f32 = 12.0;
 /// As high as one is before it was drawn.
 const USUAL_HEIGHT: f32 = 80.0;
 
-/// One that is shown.
+/// A visible toast.
 #[derive(Debug)]
 struct Toast {
     /// That of the message.
     number: u64,
     seconds_left: f64,
-    /// How often the same was said in a row.
+    /// Number of repetitions.
     times: u32,
 }
 
-/// Those that are shown, oldest first.
+/// Visible toasts, oldest first.
 #[derive(Debug, Default)]
 pub(super) struct Toasts {
     shown: Vec<Toast>,
     /// The newest message that was looked at.
     seen: u64,
     time: f64,
-    /// The pointer rests on them: they wait.
+    /// The pointer is over them, so they stay.
     are_held: bool,
 }
 
@@ -114,7 +114,7 @@ impl Toasts {
         self.shown.push(Toast { number: message.number, seconds_left: seconds(message), times });
     }
 
-    /// Time goes by, but not while the pointer rests on them.
+    /// Advances time, except while the pointer is over them.
     fn advance(&mut self, now: f64) {
         let passed = (now - self.time).max(0.0);
         self.time = now;
@@ -130,7 +130,7 @@ impl Toasts {
     }
 }
 
-/// For how long a message is shown: long enough to be read.
+/// How long a message is shown, depending on its length.
 fn seconds(message: &Message) -> f64 {
     let letters = message.line().chars().count() as f64;
     let least = if message.level == Level::Warning { 7.0 } else { 4.0 };
@@ -171,7 +171,7 @@ fn place(size: Vec2, viewport: Rect, cards: &[Rect]) -> Rect {
         .unwrap_or(room)
 }
 
-/// Draws one; whether it was closed.
+/// Draws one; returns whether it was closed.
 fn draw(
     ui: &mut egui::Ui,
     session: &Session,

@@ -1,5 +1,4 @@
-//! Keeps tooltips away from what a person is doing: none while a button of the
-//! mouse is held, and none that was open stays when a dialog opens over it.
+//! Suppresses tooltips while a mouse button is held, and closes them when a dialog opens over them.
 
 use egui::{Context, Event, MouseWheelSource, MouseWheelUnit, Plugin, RawInput, TouchPhase, Vec2};
 

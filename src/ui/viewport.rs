@@ -1,6 +1,5 @@
-//! The 3D view: turns a state into a [`Frame`] and uploads, and the pointer
-//! into actions. With the files below, the only place that names both egui and
-//! wgpu.
+//! The 3D view: turns a state into a [`Frame`] and GPU uploads, and pointer input into actions.
+//! With the files below, the only place that uses both egui and wgpu.
 
 use egui::{Role, Sense, Ui, WidgetInfo};
 
@@ -29,14 +28,12 @@ use pointer::Drawn;
 pub(super) use studio::{Shot, Studio};
 pub(super) use toolbar::show as toolbar;
 
-/// One view with its own state: what was uploaded, what is hovered, what is
-/// being drawn around. Several can show different states side by side; they
-/// are linked by being given the same camera.
+/// A view with its own uploads, hovered item and selection in progress. Several views can show different states side by side; giving them the same camera links them.
 #[derive(Debug)]
 pub(super) struct Viewport {
-    /// For those who can't see it, and for tests.
+    /// Accessible name, also used in tests.
     name: String,
-    /// Whether the session's camera has this view's form.
+    /// Whether the session's camera has this view's aspect ratio.
     leads: bool,
     slot: Option<Slot>,
     scene: Scene,
@@ -76,7 +73,7 @@ impl Viewport {
         }
     }
 
-    /// Fills the space that is left.
+    /// Fills the remaining space.
     pub(super) fn show(&mut self, ui: &mut Ui, view: &SceneView<'_>, actions: &mut Vec<Action>) {
         let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
         response.widget_info(|| WidgetInfo::labeled(Role::Image, true, &self.name));
@@ -117,7 +114,7 @@ impl Viewport {
     }
 }
 
-/// A ring around the sample that is being explained.
+/// A ring around the explained sample.
 fn mark(ui: &Ui, view: &SceneView<'_>, frame: &Frame, rect: egui::Rect) {
     let sample = view.marked.and_then(|i| view.loaded?.cloud.points.get(i as usize));
     let Some(p) = sample.map(|p| view.scene.point(p)) else { return };
@@ -130,7 +127,7 @@ fn mark(ui: &Ui, view: &SceneView<'_>, frame: &Frame, rect: egui::Rect) {
     painter.circle_stroke(at, 8.0, egui::Stroke::new(2.0, palette.accent));
 }
 
-/// What to do when there is nothing to see.
+/// The hint in an empty view.
 fn empty(ui: &Ui, view: &SceneView<'_>, rect: egui::Rect) {
     let text = if view.is_loading { "Loading…" } else { "Open a shape or drop a file here" };
     let font = egui::FontId::proportional(15.0);

@@ -1,4 +1,4 @@
-//! Small parts that the panels share.
+//! Small widgets shared by the panels.
 
 use egui::{
     Button, Color32, DragValue, Rangef, Rect, Response, RichText, Role, ScrollArea, Sense, Ui, UiBuilder,
@@ -23,7 +23,7 @@ pub(super) fn section(ui: &mut Ui, title: &str) {
     ui.add_space(2.0);
 }
 
-/// A size for people: `1.2 MB`.
+/// A file size as text: `1.2 MB`.
 pub(super) fn bytes(count: u64) -> String {
     let mut size = count as f64;
     for unit in ["bytes", "kB", "MB"] {
@@ -52,19 +52,19 @@ pub(super) fn tooltip(verb: Verb) -> String {
     }
 }
 
-/// The tooltip of a verb; where it can't be had also why.
+/// The tooltip of a verb, with the reason if it is not available.
 pub(super) fn with_reason(session: &Session, verb: Verb) -> String {
     let text = tooltip(verb);
     session.reason(verb).map_or_else(|| text.clone(), |why| format!("{text}\n{why}"))
 }
 
-/// A button that does the verb; grey while it would do nothing.
+/// A button for a verb; disabled if the verb is not available.
 pub(super) fn verb_button(ui: &mut Ui, session: &Session, verb: Verb, width: f32, actions: &mut Vec<Action>) {
     let button = Button::new(verb.entry().text).min_size(vec2(width, theme::ROW));
     add_verb(ui, session, verb, button, actions);
 }
 
-/// The same in the accent colour, for what a person most likely wants.
+/// The same in the accent colour, for the primary action.
 pub(super) fn primary_button(
     ui: &mut Ui,
     session: &Session,
@@ -86,7 +86,7 @@ fn add_verb(ui: &mut Ui, session: &Session, verb: Verb, button: Button<'_>, acti
     }
 }
 
-/// A menu whose entries scroll where the window is too low for them.
+/// A menu that scrolls if the window is too low.
 pub(super) fn menu<R>(
     ui: &mut Ui,
     title: &str,
@@ -99,7 +99,7 @@ pub(super) fn menu<R>(
     })
 }
 
-/// An entry of a menu, with its shortcut and, for what can be on, a mark.
+/// A menu entry with its shortcut and, for toggles, a check mark.
 pub(super) fn menu_item(ui: &mut Ui, session: &Session, verb: Verb, actions: &mut Vec<Action>) {
     let entry = verb.entry();
     let mut button = match session.is_on(verb) {
@@ -126,7 +126,7 @@ pub(super) fn choice(ui: &mut Ui, on: bool, text: &str, width: f32) -> Response 
     ui.add(button)
 }
 
-/// A button for what a message offers; whether it was pressed.
+/// A button for the action of a message; returns whether it was pressed.
 pub(super) fn offer_button(ui: &mut Ui, session: &Session, offer: &Offer, actions: &mut Vec<Action>) -> bool {
     let (enabled, about) = match &*offer.action {
         Action::Verb(verb) => (session.is_enabled(*verb), with_reason(session, *verb)),
@@ -141,7 +141,7 @@ pub(super) fn offer_button(ui: &mut Ui, session: &Session, offer: &Offer, action
     pressed
 }
 
-/// A cross that closes something; `label` says what.
+/// A close button with an accessible `label`.
 pub(super) fn close_button(ui: &mut Ui, label: &str) -> Response {
     let (rect, response) = ui.allocate_exact_size(vec2(theme::ROW, theme::ROW), Sense::click());
     response.widget_info(|| WidgetInfo::labeled(Role::Button, true, label));
@@ -160,7 +160,7 @@ pub(super) fn close_button(ui: &mut Ui, label: &str) -> Response {
     response.on_hover_text(label)
 }
 
-/// Around what was reached by the keyboard, for widgets that are painted by hand.
+/// The focus ring of custom-painted widgets.
 pub(super) fn focus_ring(ui: &Ui, response: &Response) {
     if response.has_focus() {
         let stroke = ui.visuals().widgets.active.bg_stroke;
@@ -181,7 +181,7 @@ pub(super) fn follow_focus(ui: &mut Ui) {
     }
 }
 
-/// An eye that is open or shut; `label` says of what.
+/// An open or closed eye with an accessible `label`.
 pub(super) fn eye(ui: &mut Ui, open: bool, label: &str) -> Response {
     let (rect, response) = ui.allocate_exact_size(vec2(theme::ROW, theme::ROW), Sense::click());
     let enabled = ui.is_enabled();
@@ -200,7 +200,7 @@ pub(super) fn eye(ui: &mut Ui, open: bool, label: &str) -> Response {
     response.on_hover_text(format!("{} {}", if open { "Hide" } else { "Show" }, lower_first(label)))
 }
 
-/// Fonts differ in their eyes, and some have none: two arcs and a pupil.
+/// Drawn as two arcs and a pupil, because not all fonts have an eye.
 fn paint_eye(ui: &Ui, center: egui::Pos2, open: bool, color: Color32) {
     let stroke = egui::Stroke::new(1.3, color);
     let (half, lift) = (6.5, 4.2);
@@ -231,8 +231,7 @@ pub(super) fn lower_first(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
 }
 
-/// A number for people, with so many significant digits: in powers of ten
-/// where it is very large or small, `–` where it is none.
+/// A number as text with this many significant digits: in scientific notation if very large or small, `–` if not a number.
 fn significant(value: f64, digits: usize) -> String {
     let size = value.abs();
     if !value.is_finite() {
@@ -255,7 +254,7 @@ fn significant(value: f64, digits: usize) -> String {
     format!("{value:.*}", usize::try_from(decimals).unwrap_or(0))
 }
 
-/// Without zeros that say nothing.
+/// Without trailing zeros.
 fn trimmed(number: &str) -> &str {
     if number.contains('.') { number.trim_end_matches('0').trim_end_matches('.') } else { number }
 }
@@ -328,7 +327,7 @@ pub(super) fn bounded<R>(ui: &mut Ui, low: bool, contents: impl FnOnce(&mut Ui) 
 #[derive(Debug, Clone, Default)]
 struct Cards(Vec<Rect>);
 
-/// Nothing that comes and goes by itself may lie over this.
+/// Keeps toasts away from this area.
 pub(super) fn keep_clear(ctx: &egui::Context, card: Rect) {
     ctx.data_mut(|data| data.get_temp_mut_or_default::<Cards>(egui::Id::NULL).0.push(card));
 }

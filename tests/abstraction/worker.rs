@@ -324,7 +324,7 @@ fn the_built_in_shape_is_known_by_its_own_field_and_old_reports_open() {
     assert_eq!(loaded.shape.path.as_ref(), Some(&shape));
     change(&report, &|input| input["path"] = "elsewhere/tube.xyz".into());
     let (loaded, _) = opened(&mut worker, &place.join("out"));
-    assert!(note(&loaded).contains("nor at elsewhere/tube.xyz"), "{}", note(&loaded));
+    assert!(note(&loaded).contains("or at elsewhere/tube.xyz"), "{}", note(&loaded));
 }
 
 /// Numbers and lists in JSON, by their pointers.

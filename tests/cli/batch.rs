@@ -88,7 +88,7 @@ fn a_bad_file_stops_nobody_else_and_the_exit_status_counts() {
     let said = text(&output.stderr);
     let last: Vec<&str> = said.lines().rev().take(2).collect();
     assert!(last[1].starts_with("superform: bad: ") && last[1].contains("line 2"), "{said}");
-    assert!(last[0].starts_with("superform: gone: can't open gone.ply"), "{said}");
+    assert!(last[0].starts_with("superform: gone: cannot open gone.ply"), "{said}");
     let rows = table(&folder.join("out/results.csv"));
     assert_eq!(column(&rows, "status"), ["ok", "failed", "failed", "ok"]);
     assert!(rows[1]["message"].contains("line 2") && rows[1]["primitives"].is_empty());
@@ -262,7 +262,10 @@ fn what_makes_no_sense_is_refused_before_anything_runs() {
         (&["--manifest", "gone.csv"], "cannot read the manifest gone.csv"),
         (&["--manifest", "column.csv"], "column.csv, line 1: unknown column “alpah”"),
         (&["--manifest", "value.csv"], "value.csv, line 4, column alpha: alpha is -3, but must lie between"),
-        (&["--manifest", "word.jsonl"], "word.jsonl, line 1, column points: “many” is not a whole number"),
+        (
+            &["--manifest", "word.jsonl"],
+            "word.jsonl, line 1, column points: “many” is not a non-negative whole number",
+        ),
         (&["--manifest", "unread.csv"], "line 2, column alpha: the method kmeans does not use alpha"),
         (&["--manifest", "twice.csv"], "already used in line 2"),
         (

@@ -198,7 +198,7 @@ fn command_lines_that_make_no_sense_are_refused() {
             1,
             "too few for 900 samples",
         ),
-        (&["gone.obj"], 1, "can't find gone.obj"),
+        (&["gone.obj"], 1, "gone.obj not found"),
         (&["list.csv", "--compare", "gone.csv"], 1, "gone.csv"),
     ] {
         let output = bench(folder, args);

@@ -111,7 +111,7 @@ fn what_is_no_file_of_primitives_is_refused_with_the_place() {
         (&|v| at(v, "rotation", json!([[1, 0, 0], [0, 1, 0], [0, 0, -1]])), "is not a rotation"),
         (&|v| at(v, "sigma", json!(-1.0)), "below 0"),
         (&|v| at(v, "bend", json!(0.5)), "unknown field `bend`"),
-        (&|v| v["primitives"][0] = v["primitives"][1].clone(), "belongs to two primitives"),
+        (&|v| v["primitives"][0] = v["primitives"][1].clone(), "two primitives have the id"),
     ] {
         let problem = changed(change);
         assert!(problem.contains(words), "{problem}");

@@ -303,7 +303,7 @@ mod drawn {
         let output = superform(folder, &[&["render", "c.xyz", "-o", "-"][..], &size].concat());
         let said = stderr(&output);
         assert!(output.status.success() && said.lines().count() == 1, "{said}");
-        assert!(said.contains("not finite"), "of the shape, and of nothing else: {said}");
+        assert!(said.contains("non-finite"), "of the shape, and of nothing else: {said}");
         render(folder, &[&["c.xyz", "-o", "c.png"][..], &size].concat());
         assert!(output.stdout == fs::read(folder.join("c.png")).unwrap() && !folder.join("-").exists());
         let before = fs::read(folder.join("c.xyz")).unwrap();

@@ -180,7 +180,10 @@ fn las_that_lies_is_refused_before_it_costs_memory() {
             let offset = u32::from_le_bytes(good[96..100].try_into().unwrap()) as usize;
             let huge = (1u64 << 40).to_le_bytes();
             for (file, words) in [
-                (with(&with(&good, 107, &[0; 4]), 247, &huge), "byte 247: 1099511627776 points"),
+                (
+                    with(&with(&good, 107, &[0; 4]), 247, &huge),
+                    "byte 247: the header declares 1099511627776 points",
+                ),
                 (with(&good, 107, &u32::MAX.to_le_bytes()), "byte 107: 4294967295 points"),
                 (
                     with(&good, 96, &u32::MAX.to_le_bytes()),
@@ -327,7 +330,7 @@ fn npz_arrays_are_told_by_name_then_by_shape() {
         true,
     );
     let shape = read_bytes(&mesh, "a.npz").unwrap();
-    assert!(shape.notes.iter().any(|n| n.contains("1 face pointing")), "{:?}", shape.notes);
+    assert!(shape.notes.iter().any(|n| n.contains("1 face with missing vertices")), "{:?}", shape.notes);
     let ShapeGeometry::Mesh(mesh) = shape.geometry else { panic!("a cloud") };
     assert_eq!(mesh.faces, [[0, 1, 2], [1, 2, 3]]);
 }

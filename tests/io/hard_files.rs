@@ -18,7 +18,7 @@ use Becomes::{Cloud, Mesh, Refused};
 
 const HARD: [(&str, Becomes); 63] = [
     ("all_faces_degenerate.obj", Cloud(9, 9, &["ignored 3 faces with zero area", "read as a point cloud"])),
-    ("as_OutOfMemory.off", Refused(&["line ", "353535235358 vertices are announced", "truncated"])),
+    ("as_OutOfMemory.off", Refused(&["line ", "353535235358 vertices are declared", "truncated"])),
     ("as_Spider_ascii.stl", Mesh(722, 1312, &["ignored 56 faces with zero area"])),
     ("as_box_UTF16BE.obj", Mesh(8, 12, &[])),
     ("as_cube_binary_starts_with_nl.ply", Mesh(8, 12, &[])),
@@ -74,7 +74,7 @@ const HARD: [(&str, Becomes); 63] = [
     ("tristrips.ply", Mesh(4, 2, &[])),
     ("truncated.glb", Refused(&["byte 12", "is truncated"])),
     ("truncated.ply", Refused(&["byte ", "vertex", "truncated"])),
-    ("truncated.stl", Refused(&["byte 80", "announces 428 triangles", "room for 98"])),
+    ("truncated.stl", Refused(&["byte 80", "declares 428 triangles", "room for at most 98"])),
     ("two_objects_far_apart.ply", Cloud(6000, 6000, &[])),
     ("two_points.xyz", Cloud(2, 2, &[])),
     ("uneven_density_man.ply", Cloud(4083, 4083, &[])),

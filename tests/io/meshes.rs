@@ -84,7 +84,7 @@ fn stl_that_is_broken_says_where() {
     for (content, words) in [
         (&binary[..150], "byte 80: the header declares 2 triangles, but the file has room for at most 1"),
         (&[0; 60], "byte 60: the header of a binary STL ends here"),
-        (&binary_stl("x", u32::MAX, &SQUARE), "announces 4294967295 triangles"),
+        (&binary_stl("x", u32::MAX, &SQUARE), "declares 4294967295 triangles"),
         (&binary_stl("x", 0, &[]), "no triangles"),
         (b"solid nothing\nendsolid\n", "no triangles"),
         (b"A shopping list\n- milk\n", "line 1: unexpected “A”"),
@@ -99,7 +99,7 @@ fn stl_that_is_broken_says_where() {
     let shape = read_as("a.stl", ascii.replace("endsolid\n", "")).unwrap();
     assert!(shape.notes[0].contains("no endsolid"), "{:?}", shape.notes);
     let surplus = [binary, vec![7; 9]].concat();
-    assert!(read_as("a.stl", surplus).unwrap().notes[0].contains("9 bytes after the 2 announced"));
+    assert!(read_as("a.stl", surplus).unwrap().notes[0].contains("9 bytes after the 2 declared"));
 }
 
 // OFF
@@ -158,7 +158,7 @@ fn off_that_is_broken_says_where() {
         assert!(message.contains(words), "{message} lacks {words}");
     }
     let shape = read_as("a.off", OFF.replace("3 0 1 2\n", "3 0 1 4\n")).unwrap();
-    assert!(shape.notes[0].contains("1 face pointing"), "{:?}", shape.notes);
+    assert!(shape.notes[0].contains("1 face with missing vertices"), "{:?}", shape.notes);
     assert_eq!(mesh(shape).1.len(), 2);
 }
 
@@ -365,14 +365,14 @@ fn gltf_that_is_broken_is_refused() {
             "\"extensionsRequired\": [\"KHR_draco_mesh_compression\"], \"nodes\"",
             "without compression",
         ),
-        ("[{\"mesh\": 0}]", "[{\"mesh\": 3}]", "mesh 3, but has 1"),
+        ("[{\"mesh\": 0}]", "[{\"mesh\": 3}]", "mesh 3, but has only 1"),
         (
             "[{\"mesh\": 0}]",
             "[{\"children\": [1]}, {\"children\": [2]}, {\"children\": [1]}]",
-            "node 1 hangs below",
+            "node 1 has more than one parent",
         ),
         ("\"POSITION\": 0", "\"POSITION\": 8", "accessor 8"),
-        ("\"POSITION\": 0", "\"POSITION\": 1", "holds SCALAR"),
+        ("\"POSITION\": 0", "\"POSITION\": 1", "contains SCALAR"),
         ("\"indices\": 1", "\"indices\": 0", "should contain indices"),
         ("\"count\": 5", "\"count\": 500000000000", "room for 5 elements, but 500000000000"),
         ("\"byteLength\": 60", "\"byteLength\": 6000", "should have at least 6000 bytes, but has 68"),
@@ -398,7 +398,7 @@ fn gltf_that_is_broken_is_refused() {
     let mut bytes = square();
     bytes[65] = 5;
     let shape = read_as("a.gltf", good.replace(&base64(&square()), &base64(&bytes))).unwrap();
-    assert!(shape.notes[0].contains("1 face pointing"), "{:?}", shape.notes);
+    assert!(shape.notes[0].contains("1 face with missing vertices"), "{:?}", shape.notes);
 }
 
 /// A small file that asks for more than any machine has.
@@ -436,7 +436,7 @@ fn known_files_have_their_known_places() {
         ("hard/truncated.glb", "truncated"),
         ("hard/text_renamed.stl", "line 1: “This”"),
         ("hard/tm_stl_empty_bin.stl", "no triangles"),
-        ("hard/as_OutOfMemory.off", "353535235358 vertices are announced"),
+        ("hard/as_OutOfMemory.off", "353535235358 vertices are declared"),
     ] {
         let message = io::read(&folder.join(path)).unwrap_err().to_string();
         assert!(message.contains(words), "{message}");

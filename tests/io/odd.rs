@@ -78,7 +78,7 @@ fn texts_of_any_encoding_and_ending() {
     cases.push(("a.csv", utf16("x,y,z\r\n1,2,3\r\n4,5,6\r\n", true), Cloud(2, "")));
     cases.push(("a.xyz", text("1 2 3\r4 5 6\r"), Cloud(2, "")));
     cases.push(("a.xyz", text("1 2 3\n4 5 6\n\u{1a}"), Cloud(2, "")));
-    cases.push(("a.xyz", b"1 2 3\n4 5 6\n\0\0\0".to_vec(), Refused("in unknown format")));
+    cases.push(("a.xyz", b"1 2 3\n4 5 6\n\0\0\0".to_vec(), Refused("unknown format")));
     cases.push(("a.ply", utf16(ply, false), Mesh(3, 1, "")));
     expect(cases);
 }
@@ -86,7 +86,7 @@ fn texts_of_any_encoding_and_ending() {
 #[test]
 fn odd_obj() {
     expect(vec![
-        ("a.obj", text(&OBJ.replace("f 1", "f -0")), Cloud(3, "1 face pointing")),
+        ("a.obj", text(&OBJ.replace("f 1", "f -0")), Cloud(3, "1 face with missing vertices")),
         ("a.obj", text(&OBJ.replace("f 1 2 3", "f 1 \\\n2 \\\n3")), Mesh(3, 1, "")),
         ("a.obj", text(&OBJ.replace("f 1 2 3", "f 1 2 3\\")), Mesh(3, 1, "")),
         (
@@ -261,7 +261,7 @@ fn odd_ply() {
         (
             "a.ply",
             header("element face 1000000000000\nproperty list uchar int vertex_indices\nend_header\n"),
-            Refused("announces 1000000000000 elements “face”"),
+            Refused("declares 1000000000000 elements “face”"),
         ),
         (
             "a.ply",
@@ -376,7 +376,7 @@ fn odd_stl() {
     expect(vec![
         ("a.stl", binary("solid", 1, 1), Mesh(3, 1, "")),
         ("a.stl", binary("written as it went", 0, 3), Mesh(3, 3, "declares no triangles, but there are 3")),
-        ("a.stl", binary("", 1, 3), Mesh(3, 1, "100 bytes after the 1 announced")),
+        ("a.stl", binary("", 1, 3), Mesh(3, 1, "100 bytes after the 1 declared")),
         (
             "a.stl",
             binary("", 2, 1),
@@ -463,7 +463,7 @@ fn odd_off() {
         (
             "a.off",
             text(&format!("OFF\n3 1 0\n{}", body.replace("3 0 1 2", "3 0 1 7"))),
-            Cloud(3, "1 face pointing"),
+            Cloud(3, "1 face with missing vertices"),
         ),
         (
             "a.off",
@@ -537,7 +537,11 @@ fn odd_gltf() {
         ("a.glb", b"glTF".to_vec(), Refused("byte 12: its JSON part is missing")),
         ("a.gltf", text(&deep), Refused("line 1")),
         ("a.gltf", nodes(r#"[{"children": [0]}]"#), Refused("node 0 has more than one parent")),
-        ("a.gltf", nodes(r#"[{"children": [1]}, {"children": [0]}]"#), Refused("node 0 hangs below")),
+        (
+            "a.gltf",
+            nodes(r#"[{"children": [1]}, {"children": [0]}]"#),
+            Refused("node 0 has more than one parent"),
+        ),
         (
             "a.gltf",
             text(r#"{"asset": {"version": "2.0"}, "nodes": [{"children": [1]}, {"children": [0]}]}"#),

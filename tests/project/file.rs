@@ -224,7 +224,7 @@ fn what_is_no_session_or_too_new_is_refused_with_what_to_do() {
     // Where a shape is wanted.
     let folder = TempDir::new().unwrap();
     let text = io::read(&put(&folder, &bytes(&small()))).unwrap_err().to_string();
-    assert!(text.contains("a session of Superform"), "{text}");
+    assert!(text.contains("a Superform session"), "{text}");
 }
 
 #[test]
@@ -265,7 +265,7 @@ fn a_failed_save_leaves_the_old_file() {
     let folder = TempDir::new().unwrap();
     let path = put(&folder, b"old");
     let text = project::save(&path.join("inside"), &small()).unwrap_err().to_string();
-    assert!(text.contains("can't write"), "{text}");
+    assert!(text.contains("cannot write"), "{text}");
     assert_eq!(fs::read(&path).unwrap(), b"old");
     project::save(&path, &small()).unwrap();
     assert_eq!(fs::read(&path).unwrap(), bytes(&small()));

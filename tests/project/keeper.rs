@@ -208,7 +208,7 @@ fn a_session_is_saved_by_the_thread_and_comes_back() {
     keeper.save(path.join("in a file"), session);
     let error =
         wait(&mut keeper, |event| if let Event::Failed { error, .. } = event { Some(error) } else { None });
-    assert!(error.contains("can't write"), "{error}");
+    assert!(error.contains("cannot write"), "{error}");
 }
 
 #[test]

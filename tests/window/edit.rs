@@ -330,7 +330,7 @@ fn a_box_of_points_becomes_a_primitive() {
     edited(&mut driver, count);
     let made = *driver.session().selection.first().unwrap();
     assert_eq!(primitive(&driver, made).unwrap().points, selected);
-    assert!(driver.shows(&format!("became primitive {made}")));
+    assert!(driver.shows(&format!("Primitive {made} created from")));
     assert!(driver.session().selected_points.is_empty());
     assert!(driver.session().primitives().len() <= k + 1);
 }

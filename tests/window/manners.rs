@@ -361,7 +361,7 @@ fn files_are_dropped_with_a_hint_before() {
     assert!(!driver.shows("Drop to open"));
     driver.settle();
     assert_eq!(driver.session().loaded.as_ref().unwrap().shape.name, "shape.xyz");
-    assert!(driver.session().messages.iter().any(|m| m.what.contains("Of the 2 files")));
+    assert!(driver.session().messages.iter().any(|m| m.what.contains("out of 2 dropped files")));
 }
 
 /// The window in states that show all there is.

@@ -95,9 +95,9 @@ fn where_seeds_disagree_is_painted_with_a_legend() {
     assert!(driver.shows("No seed runs yet"), "the legend says what is missing");
     let mut driver = with_seeds(driver);
     driver.harness.run_steps(3);
-    assert!(driver.shows("Disagreement of 8 seeds from"));
+    assert!(driver.shows("Disagreement among 8 seeds from"));
     driver.press("Paint disagreement");
-    assert!(!driver.shows("Disagreement of 8 seeds from"), "the same button leads back");
+    assert!(!driver.shows("Disagreement among 8 seeds from"), "the same button leads back");
     driver.choose("Sort seeds by", "By seed");
     let seeds: Vec<u64> = driver.session().seeds.sorted().iter().map(|r| r.run.seed).collect();
     assert!(seeds.is_sorted());

@@ -1,11 +1,9 @@
-//! Where the files of a job are made, and how they get to their place: all
-//! together, on disk before they are seen, and never mistaken for finished if
-//! they are not.
+//! Staging of a job's files: they are created in a hidden folder, synced to disk, and moved to
+//! their place together, so that an incomplete job never looks finished.
 //!
-//! Each batch has a desk in the hidden folder `.superform` of the output, named
-//! after its table, and holds a lock beside it as long as it lives: so nobody
-//! takes its files for leftovers, and no second one writes the same table. The
-//! system lets go of the lock when the process ends, however it ends.
+//! Each batch has a staging folder in `.superform` in the output, named after its table, and holds
+//! a lock next to it for as long as it runs. The lock keeps other batches from removing its files
+//! or writing the same table. The system releases it when the process ends, for whatever reason.
 
 use std::fs::{self, File, OpenOptions, TryLockError};
 use std::io;
@@ -24,22 +22,22 @@ use crate::io as files;
 /// The record of a finished job, in its folder.
 pub(super) const RECORD_FILE: &str = "job.json";
 
-/// Folder in the output where files are made, gone when the batch is done.
+/// Staging folder in the output, removed when the batch is done.
 const HIDDEN_FOLDER: &str = ".superform";
 
-/// How often a batch that waits for another looks again.
+/// Polling interval of a batch that waits for another.
 const LOOK_AGAIN: Duration = Duration::from_millis(100);
 
 const FORMAT: &str = "superform-job";
 const VERSION: u32 = 1;
 
-/// The record of a finished job, which lies beside its files.
+/// The record of a finished job, stored next to its files.
 #[derive(Debug, Serialize, Deserialize)]
 struct Record {
     format: String,
     version: u32,
     program: String,
-    /// Stands for everything that the result depends on.
+    /// Fingerprint of everything the result depends on.
     fingerprint: String,
     files: Vec<FileEntry>,
     row: Row,
@@ -69,7 +67,7 @@ impl Record {
         (record.format == FORMAT && record.version == VERSION).then_some(record)
     }
 
-    /// Whether all files are there as they were written.
+    /// Whether all files exist unchanged.
     fn is_whole(&self, folder: &Path) -> bool {
         !self.files.is_empty()
             && self.files.iter().all(|entry| {
@@ -87,39 +85,38 @@ fn name_below(folder: &Path, file: &Path) -> String {
     parts.map(|part| part.to_string_lossy()).collect::<Vec<_>>().join("/")
 }
 
-/// Whether a name stays below the folder that it is looked up in.
+/// Whether a name stays inside its folder.
 fn is_below(name: &str) -> bool {
     let path = Path::new(name);
     !name.contains('\\') && path.components().all(|part| matches!(part, std::path::Component::Normal(_)))
 }
 
-/// The row of a job whose files lie whole in a folder, with the fingerprint of
-/// what they were made from.
+/// The row of a job whose files are complete and have this fingerprint.
 pub(super) fn finished(folder: &Path) -> Option<(Row, String)> {
     let record = Record::read(folder).filter(|record| record.is_whole(folder))?;
     Some((record.row, record.fingerprint))
 }
 
-/// The files that a job has left in a folder, with its record.
+/// The files of a job in a folder, including its record.
 pub(super) fn made_before(folder: &Path) -> impl Iterator<Item = PathBuf> {
     let files = Record::read(folder).map(|record| record.files).unwrap_or_default();
     let names = files.into_iter().map(|entry| entry.name).filter(|name| is_below(name));
     names.chain([RECORD_FILE.to_owned()]).map(|name| folder.join(name))
 }
 
-/// A place to work at, one's own.
+/// A batch's staging folder.
 #[derive(Debug)]
 pub(super) struct Desk {
     output: PathBuf,
-    /// Where files are made.
+    /// Where files are created.
     folder: PathBuf,
     lock: PathBuf,
-    /// Held locked; `None` where the file system knows no locks.
+    /// Held lock; `None` if the file system does not support locks.
     held: Option<File>,
 }
 
 impl Desk {
-    /// Takes the desk of a table and clears away what batches that were killed
+    /// Takes the staging folder of a table and removes leftovers of killed batches. Waits, with a message, while another process uses it; `None` if cancelled.
     /// have left behind. If another process works at it, says so and waits;
     /// `None` if that was cancelled.
     pub(super) fn take(output: &Path, table: &str, cancel: &Cancel) -> anyhow::Result<Option<Self>> {
@@ -170,7 +167,7 @@ impl Desk {
         Ok(Some(desk))
     }
 
-    /// Removes what lies on the desk, which is one's own.
+    /// Removes everything in the own staging folder.
     fn clear(&self) -> io::Result<()> {
         match fs::remove_dir_all(&self.folder) {
             Err(e) if e.kind() != io::ErrorKind::NotFound => Err(e),
@@ -178,12 +175,12 @@ impl Desk {
         }
     }
 
-    /// Where files are made, on the same file system as their places.
+    /// Where files are created, on the same file system as their targets.
     pub(super) fn folder(&self) -> &Path {
         &self.folder
     }
 
-    /// An empty folder to make a job's files in.
+    /// An empty folder for a job's files.
     pub(super) fn place(&self, number: usize) -> io::Result<PathBuf> {
         let folder = self.folder.join(number.to_string());
         fs::create_dir_all(&folder)?;
@@ -197,7 +194,7 @@ impl Desk {
 
     /// Moves the files of a job from where they were made to the folder of its
     /// name, with the record that makes it finished. A folder that is there
-    /// keeps what is not ours.
+    /// Moves the files of a job to its folder, with the record that marks it as finished. Other files in an existing folder are kept.
     pub(super) fn publish(
         &self,
         made: &Path,
@@ -262,7 +259,7 @@ impl Desk {
         fs::remove_dir_all(made)
     }
 
-    /// Makes new names of folders last.
+    /// Syncs new folder names to disk.
     fn sync_up_to_output(&self, from: &Path) {
         for folder in from.ancestors() {
             sync(folder);
@@ -284,7 +281,7 @@ impl Drop for Desk {
     }
 }
 
-/// Removes a lock that is held, and the hidden folder if nobody else needs it.
+/// Releases and removes the lock, and the hidden folder if no other batch uses it.
 fn put_away(lock: &Path) {
     // Elsewhere nobody could tell an old lock from a new one of the same name.
     if cfg!(unix) {
@@ -295,7 +292,7 @@ fn put_away(lock: &Path) {
     }
 }
 
-/// Clears other desks whose owners are gone.
+/// Removes staging folders whose owners have ended.
 fn sweep_up(hidden: &Path, own: &Path) {
     for path in fs::read_dir(hidden).into_iter().flatten().flatten().map(|entry| entry.path()) {
         if path == own || path.extension().is_none_or(|e| e != "lock") {
@@ -311,11 +308,11 @@ fn sweep_up(hidden: &Path, own: &Path) {
 #[derive(Debug)]
 enum Locking {
     Held(File),
-    /// Somebody else has it.
+    /// Held by another process.
     Taken,
-    /// It was put away while it was being taken.
+    /// Removed while it was being acquired.
     Gone,
-    /// The file system knows no locks.
+    /// The file system does not support locks.
     Unknown,
 }
 
@@ -348,7 +345,7 @@ fn is_at(_: &File, _: &Path) -> bool {
     true
 }
 
-/// Makes the names in a folder last a power failure, where a system has that.
+/// Syncs the names in a folder, so that they survive a power failure, if the system supports it.
 fn sync(folder: &Path) {
     #[cfg(unix)]
     if let Err(e) = File::open(folder).and_then(|folder| folder.sync_all()) {

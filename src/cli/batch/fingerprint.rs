@@ -1,4 +1,4 @@
-//! Whether something is still what it was.
+//! Fingerprints of a job's input, settings and files, to detect changes.
 
 use std::collections::HashMap;
 use std::fs::File;

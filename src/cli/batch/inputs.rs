@@ -1,4 +1,4 @@
-//! Which files are meant: names, patterns and folders.
+//! Expands names, patterns and folders to input files.
 
 use std::collections::HashSet;
 use std::fs;
@@ -10,11 +10,10 @@ use super::rows::is_table;
 use crate::cli::patterns::{is_pattern, matches};
 use crate::io;
 
-/// Bytes of a text file of a folder that are looked at to tell whether it is a
-/// cloud.
+/// Number of bytes examined to decide whether a text file in a folder is a cloud.
 const LOOKED_AT: u64 = 8192;
 
-/// Whether something is the name of one file, and no pattern or folder.
+/// Whether this is the name of a single file, not a pattern or folder.
 pub(in crate::cli) fn is_one_file(given: &Path) -> bool {
     !given.is_dir() && !is_pattern(given)
 }
@@ -108,15 +107,14 @@ fn same(a: &Path, b: &Path) -> bool {
     matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Whether a file of a folder is to be taken for a shape: by its ending, and a
-/// text or table only if it holds points.
+/// Whether a file in a folder counts as a shape: by its extension; text files and tables only if they contain points.
 fn is_shape(path: &Path) -> bool {
     let is_text =
         path.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt") || e.eq_ignore_ascii_case("csv"));
     io::has_shape_ending(path) && (!is_text || holds_points(path))
 }
 
-/// Whether one of the first lines begins with two numbers.
+/// Whether one of the first lines starts with two numbers.
 fn holds_points(path: &Path) -> bool {
     let mut bytes = Vec::new();
     // A file that can't be read is taken: then it is told why.

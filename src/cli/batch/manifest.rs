@@ -1,4 +1,4 @@
-//! Lists of jobs in a file: CSV with a header, or JSON lines.
+//! Manifests: lists of jobs as CSV with a header, or as JSON lines.
 
 use std::collections::HashMap;
 use std::fs;
@@ -10,12 +10,11 @@ use crate::cli::settings::{key, keys};
 /// One job of a list.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Line {
-    /// Where it stands, for messages; empty for what was given on the command
-    /// line.
+    /// Position in the list, for messages; empty for inputs on the command line.
     pub(super) place: String,
     pub(super) input: PathBuf,
     pub(super) name: Option<String>,
-    /// Settings of its own: names of options, and values as text.
+    /// Its own settings: names of options, and values as text.
     pub(super) settings: Vec<(&'static str, String)>,
 }
 
@@ -26,7 +25,7 @@ impl Line {
     }
 }
 
-/// What a column says.
+/// Meaning of a column.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Column {
     Input,

@@ -1,4 +1,4 @@
-//! One table from the results of several runs in the same folder.
+//! Merges the tables of several runs in one folder.
 
 use std::collections::HashMap;
 use std::fs;

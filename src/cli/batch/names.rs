@@ -1,10 +1,9 @@
 //! Names of jobs, which are the names of their folders.
 //!
-//! A job is called like its file without the ending. Where several files would
-//! share a name (also one that differs only in case, which is the same folder
-//! on some systems), all of them take their ending, too, and then as many of
-//! their folders as it takes: `chair`, `chair.obj`, `old-chair.obj`. So a name
-//! depends on which files are given, and not on their order.
+//! A job is named after its file without the extension. If several files would share a name (even
+//! if only by case, which is the same folder on some systems), all of them also get their
+//! extension, and then as many parent folders as needed: `chair`, `chair.obj`, `old-chair.obj`.
+//! Names depend on which files are given, but not on their order.
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Component, Path, PathBuf};

@@ -1,5 +1,4 @@
-//! From the command line to the list of jobs, or the reason why not: nothing is
-//! run before all of it makes sense.
+//! From the command line to a list of jobs. Everything is validated before the first job runs.
 
 use std::collections::HashSet;
 use std::path::PathBuf;

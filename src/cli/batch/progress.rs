@@ -1,4 +1,4 @@
-//! How a batch goes, for whoever looks on.
+//! Progress of a batch on standard error.
 
 use std::io::IsTerminal as _;
 use std::time::Duration;

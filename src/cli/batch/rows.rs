@@ -1,4 +1,4 @@
-//! The tables of a batch: a row a job, as CSV and as JSON lines.
+//! The tables of a batch: one row per job, as CSV and JSON lines.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{self as stdio, Write};

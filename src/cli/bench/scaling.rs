@@ -1,5 +1,4 @@
-//! How the time of a run grows with the number of samples N, of clusters K at
-//! the start, and of iterations T.
+//! How the run time grows with the number of samples N, initial clusters K and iterations T.
 
 use std::fs;
 use std::path::PathBuf;
@@ -29,7 +28,7 @@ const LONG: f64 = 20.0;
 const MOST_POINTS: usize = 10_000_000;
 
 #[derive(Debug, Args)]
-#[command(next_help_heading = "Growth")]
+#[command(next_help_heading = "Scaling")]
 pub(super) struct ScalingArgs {
     /// Measure how the run time of one method on one shape (default: the built-in one) grows with
     /// N, K and T

@@ -1,4 +1,4 @@
-//! Which shapes are measured, and against what.
+//! The shapes to measure, and their references.
 
 use std::collections::HashMap;
 use std::fs;

@@ -1,5 +1,4 @@
-//! Finished runs on disk, so that a benchmark that was stopped goes on where
-//! it was.
+//! Finished runs on disk, from which an interrupted benchmark resumes.
 
 use std::fs::{File, OpenOptions};
 use std::io::{Read, Seek, SeekFrom, Write};

@@ -1,4 +1,4 @@
-//! Which results are meant, and what they are called.
+//! The results to render, and their names.
 
 use std::collections::{HashMap, HashSet};
 use std::fs;

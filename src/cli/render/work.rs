@@ -1,4 +1,4 @@
-//! The pictures are taken.
+//! Renders the pictures.
 
 use std::ffi::OsString;
 use std::path::{Path, PathBuf};

@@ -1,5 +1,5 @@
-//! What columns hold: told by their names, or by their values where they have
-//! none; and what becomes of their numbers.
+//! The meaning of columns, from their names or, without names, from their values, and the
+//! conversion of their numbers.
 
 use nalgebra::Point3;
 
@@ -54,7 +54,7 @@ const COLORS: [[&str; 3]; 5] = [
     ["color_r", "color_g", "color_b"],
     ["rgb:0", "rgb:1", "rgb:2"],
 ];
-/// The first of these that there is holds the labels.
+/// The first of these columns that exists contains the labels.
 const LABELS: [&str; 17] = [
     "label",
     "labels",
@@ -152,7 +152,7 @@ pub(super) struct Gatherer {
 }
 
 impl Gatherer {
-    /// For so many rows, for which there is room in the file.
+    /// For this many rows, which fit into the file.
     pub(super) fn new(roles: Roles, rows: usize) -> Self {
         let room = |is_there: bool| if is_there { rows } else { 0 };
         Self {
@@ -248,12 +248,12 @@ pub(super) fn packed_bits(value: f64) -> u32 {
     if is_whole { value as i64 as u32 } else { (value as f32).to_bits() }
 }
 
-/// Normals, unless there are none: programs write zeros where they have none.
+/// Normals, unless all are zero, which some programs write if they have none.
 pub(super) fn normals(values: Vec<[f32; 3]>) -> Option<Vec<[f32; 3]>> {
     values.iter().flatten().any(|v| v.is_finite() && *v != 0.0).then_some(values)
 }
 
-/// Labels, if all are whole numbers; −1 where there is none.
+/// Labels, if all are whole numbers; −1 for no label.
 pub(super) fn labels(values: &[f64], notes: &mut Vec<String>) -> Option<Vec<i64>> {
     // Above this, not all whole numbers are in double precision.
     const LARGEST: f64 = 9_007_199_254_740_992.0;
@@ -268,7 +268,7 @@ pub(super) fn labels(values: &[f64], notes: &mut Vec<String>) -> Option<Vec<i64>
     Some(values.iter().map(|v| if v.is_nan() { -1 } else { *v as i64 }).collect())
 }
 
-/// Columns without names, beside the coordinates.
+/// Unnamed columns after the coordinates.
 #[derive(Debug)]
 pub(super) struct Nameless<'a> {
     /// Row by row.
@@ -361,8 +361,7 @@ impl Nameless<'_> {
         }
     }
 
-    /// Whether a column holds whole numbers without large gaps, each of them
-    /// several times.
+    /// Whether a column contains whole numbers without large gaps, each several times.
     fn are_labels(&self, at: usize) -> bool {
         const MOST: usize = 100;
         let column = || self.values.chunks_exact(self.width).map(|row| row[at]);

@@ -1,4 +1,4 @@
-//! Tells a file's format, from its content first and its name second.
+//! Detects the format of a file, by its content first and its name second.
 
 use std::path::Path;
 

@@ -32,7 +32,7 @@ mod schema;
 /// any number.
 const MOST_COPIED: usize = 1 << 22;
 
-/// Whether a text begins as a glTF file does, as far as one can tell.
+/// Whether a text starts like a glTF file.
 pub(super) fn is_gltf(start: &str, end: &[u8]) -> bool {
     let key = b"\"asset\"";
     start.trim_start().starts_with('{')
@@ -59,8 +59,7 @@ pub(super) fn parse(bytes: &[u8], folder: Option<&Path>) -> Result<Raw, Fault> {
     }
 }
 
-/// Refuses what can't be read, before the rest is made out: that may look
-/// otherwise.
+/// Rejects unsupported files before the rest is parsed, which may have a different layout.
 fn check(head: &Head) -> Result<(), Fault> {
     let version = &head.asset.version;
     let version = version.as_str().map_or_else(|| version.to_string(), str::to_owned);

@@ -1,8 +1,7 @@
-//! LAS and LAZ (airborne and terrestrial laser scans), through the crate las:
-//! coordinates in double precision, colours, classes as labels.
+//! LAS and LAZ (airborne and terrestrial laser scans), read with the crate las: coordinates in
+//! double precision, colours, classes as labels.
 //!
-//! The crate sets aside what headers announce, so that those are checked
-//! against the file first.
+//! The crate allocates whatever a header declares, so headers are first checked against the file.
 
 use std::io::Cursor;
 

@@ -1,13 +1,10 @@
-//! Wavefront OBJ: positions with their colours and normals, and faces, through
-//! tobj.
+//! Wavefront OBJ: positions with colours and normals, and faces, read with tobj.
 //!
-//! tobj is strict where files in the wild are not: it knows no line
-//! continuation and no comment outside UTF-8, gives up at the first index
-//! that is out of range without naming its line, and drops vertices that no
-//! face uses, so that a file of points comes out empty. The text is therefore
-//! first put into plain `v` and `f` lines, which tobj parses. It hands vertices
-//! over in the order of their first use, so that each gets its number in the
-//! file in the place of its colour, by which they are put into the file's order.
+//! tobj is stricter than many real files: it supports neither line continuation nor comments
+//! outside UTF-8, fails at the first out-of-range index without naming its line, and drops vertices
+//! that no face uses, so that a file of points comes out empty. The text is therefore first
+//! rewritten as plain `v` and `f` lines. tobj returns vertices in order of first use, so each one
+//! carries its number in the file in place of its colour, by which the original order is restored.
 //! A file without faces is a cloud of its vertices.
 
 use std::borrow::Cow;

@@ -1,5 +1,4 @@
-//! OFF (Geomview's object files): vertices with their normals and colours, then
-//! polygons, in text.
+//! OFF (Geomview object files): vertices with normals and colours, then polygons, as text.
 
 use std::str::SplitWhitespace;
 
@@ -115,7 +114,7 @@ impl<'a> Words<'a> {
         words
     }
 
-    /// Goes to the next line; `false` where there is none.
+    /// Advances to the next line; `false` at the end.
     fn next_line(&mut self) -> bool {
         let Some((number, line)) = self.lines.next() else { return false };
         (self.line, self.words) = (number, line.split_whitespace());

@@ -1,9 +1,7 @@
-//! PCD (Point Cloud Library): ASCII, binary and compressed, with any fields in
-//! any order.
+//! PCD (Point Cloud Library): ASCII, binary and compressed, with any fields in any order.
 //!
-//! Read here because a header's claims must be checked against the file before
-//! anything is set aside, and faults named by line or byte; only LZF
-//! decompression is a library's.
+//! Parsed here because the header must be checked against the file before memory is allocated, and
+//! errors must name their line or byte. LZF decompression uses a library.
 
 use super::columns::{Color, Gatherer, Roles};
 use super::raw::Raw;

@@ -1,9 +1,8 @@
-//! PLY, ASCII and binary of either byte order: vertices with their colours,
-//! normals and labels, faces as polygons or triangle strips. Other elements and
-//! properties are stepped over.
+//! PLY, ASCII and binary in both byte orders: vertices with colours, normals and labels; faces as
+//! polygons or triangle strips. Other elements and properties are skipped.
 //!
-//! Read here because the crates for it set aside what a header announces, and
-//! name neither line nor byte of a fault.
+//! Parsed here because existing crates allocate whatever a header declares, and name neither line
+//! nor byte of an error.
 
 use super::columns::{Color, Gatherer, Roles};
 use super::raw::Raw;

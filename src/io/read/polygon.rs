@@ -1,6 +1,6 @@
-//! Polygons become triangles: a fan around the first corner where that covers
-//! the polygon and nothing else (all convex ones), and else ears that are cut
-//! off in the polygon's own plane. A fan over a notch would close it.
+//! Triangulates polygons: by a fan around the first corner where that covers exactly the polygon
+//! (always for convex ones), otherwise by ear clipping in the polygon's plane. A fan across a notch
+//! would close it.
 
 use std::ops::Range;
 
@@ -22,8 +22,7 @@ const BENT: f64 = 1e-3;
 /// has its limit.
 const MOST_CORNERS: usize = 1 << 24;
 
-/// The triangles, with each fan that doesn't fit its polygon cut anew. A fan
-/// is a range of triangles; these don't overlap and are in order.
+/// The triangles, with every fan that does not fit its polygon triangulated again. A fan is a range of triangles; ranges are disjoint and in order.
 pub(super) fn cut(triangles: Vec<[u32; 3]>, fans: &[Range<usize>], points: &[Point3<f64>]) -> Vec<[u32; 3]> {
     let cuts: Vec<(Range<usize>, Vec<[u32; 3]>)> = fans
         .par_iter()

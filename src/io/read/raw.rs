@@ -1,4 +1,4 @@
-//! What a parser hands over, and the checks that all formats share.
+//! The output of a parser, and the checks shared by all formats.
 
 use std::ops::Range;
 
@@ -25,9 +25,9 @@ pub(super) struct Raw {
     /// Which of the triangles are a polygon of more than three corners, as a
     /// fan around its first one; see [`polygon`].
     pub(super) fans: Vec<Range<usize>>,
-    /// Lines between points: no surface can be made of them.
+    /// Number of lines between points, which have no surface.
     pub(super) lines: usize,
-    /// Faces whose indices point nowhere, which the parser left out.
+    /// Number of faces with missing vertices, ignored by the parser.
     pub(super) faces_out_of_range: usize,
     pub(super) notes: Vec<String>,
 }
@@ -47,8 +47,7 @@ impl Raw {
         }
     }
 
-    /// Tells mesh from cloud, and leaves out what no surface can be made of,
-    /// with a note.
+    /// Decides between mesh and cloud, and ignores parts without a surface, with a note.
     pub(super) fn checked(mut self, name: String) -> Result<Shape, Fault> {
         if self.points.is_empty() {
             return Err(Fault::whole("it has no points; export the shape again"));

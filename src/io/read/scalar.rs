@@ -1,4 +1,4 @@
-//! Numbers as the binary formats store them.
+//! Numbers in binary formats.
 
 /// The type of a number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

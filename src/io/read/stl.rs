@@ -1,9 +1,8 @@
-//! STL, binary and ASCII: loose triangles. Corners at the same place become
-//! one vertex.
+//! STL, binary and ASCII: separate triangles. Corners at the same position become one vertex.
 //!
-//! Files lie in both directions: binary ones begin with `solid`, and counts
-//! promise what isn't there. So the length decides what is binary, and a count
-//! is checked before anything is set aside for it; the crates for it trust both.
+//! Files can mislead in both directions: binary files may start with `solid`, and declared counts
+//! may be wrong. The file size therefore decides what is binary, and counts are checked before
+//! memory is allocated. Existing crates trust both.
 
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};

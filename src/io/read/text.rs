@@ -1,4 +1,4 @@
-//! What the text formats share: encodings, numbers, lines.
+//! Encodings, numbers and lines, shared by the text formats.
 
 use std::borrow::Cow;
 
@@ -125,7 +125,7 @@ pub(in crate::io) fn quoted(token: &str) -> String {
     quoted_up_to(token, 24)
 }
 
-/// The same, of so many characters at most.
+/// The same, with this many characters at most.
 pub(in crate::io) fn quoted_up_to(token: &str, most: usize) -> String {
     format!("“{}”", shortened(token, most))
 }

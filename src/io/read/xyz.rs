@@ -1,7 +1,7 @@
-//! XYZ text: one point a line, in the many dialects of .xyz, .txt, .csv, .pts.
+//! XYZ text: one point per line, in the many dialects of .xyz, .txt, .csv and .pts.
 //!
-//! Read here because the crates for tables want to know separators and columns
-//! beforehand, and none knows decimal commas or the count of PTS.
+//! Parsed here because table crates need separators and columns in advance, and none supports
+//! decimal commas or the count line of PTS.
 
 use std::collections::HashMap;
 
@@ -103,7 +103,7 @@ fn unquoted(token: &str) -> &str {
     token.trim_matches(|c: char| matches!(c, '"' | '\'' | '[' | ']' | '(' | ')') || c.is_whitespace())
 }
 
-/// Whether a line holds at least three numbers and nothing else.
+/// Whether a line contains at least three numbers and nothing else.
 pub(super) fn is_data(line: &str) -> bool {
     let dialect = Dialect::of(line);
     let columns = dialect.columns(line, false);
@@ -147,7 +147,7 @@ struct Layout {
 const WIDEST: usize = 16;
 
 impl Layout {
-    /// Without names: x y z, then what the values will tell.
+    /// Without names: x y z, then columns recognised by their values.
     fn by_position(count: usize) -> Self {
         Self { position: [0, 1, 2], rest: (3..count.clamp(3, WIDEST)).collect(), named: None }
     }
@@ -282,7 +282,7 @@ fn is_comment(line: &str) -> bool {
     line.starts_with('#') || line.starts_with("//")
 }
 
-/// What stands before the first line of data, and how it is laid out.
+/// The lines before the data, and the layout of the data.
 #[derive(Debug)]
 struct Head {
     /// Bytes and lines.
@@ -447,11 +447,11 @@ impl Head {
     }
 }
 
-/// What a piece of text holds.
+/// Content of a piece of the text.
 #[derive(Debug, Default)]
 struct Part {
     points: Vec<Point3<f64>>,
-    /// Columns beside the coordinates, of the rows that have them.
+    /// Further columns, for the rows that have them.
     rest: Vec<f64>,
     incomplete: usize,
     /// Labels that are no numbers.

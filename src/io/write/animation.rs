@@ -55,8 +55,8 @@ impl std::fmt::Debug for AnimationWriter {
 
 impl AnimationWriter {
     /// Begins an animation of `frames` pictures of `size` pixels, each shown
-    /// for so many `seconds` (GIFs count in hundredths).
-    ///
+    /// Starts an animation of `frames` pictures of `size` pixels, each shown for `seconds` (rounded to hundredths in a GIF).
+    /// unfinished jobs.
     /// # Errors
     /// Where nothing can be written there: also where the folder of PNGs is
     /// there already with something in it.
@@ -102,7 +102,7 @@ impl AnimationWriter {
     }
 
     /// Appends a picture.
-    ///
+    /// unfinished jobs.
     /// # Errors
     /// Where it can't be written or has another size.
     pub fn push(&mut self, picture: &image::RgbaImage) -> Result<(), WriteError> {
@@ -131,7 +131,7 @@ impl AnimationWriter {
     }
 
     /// Gives the animation its name, in place of a file that stood there.
-    ///
+    /// unfinished jobs.
     /// # Errors
     /// Where it can't have it.
     pub fn finish(self) -> Result<(), WriteError> {

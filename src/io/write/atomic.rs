@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all, one or several.
+//! Writes one or several files completely or not at all.
 
 use std::fs::{self, File};
 use std::io::{self, BufWriter, Seek, Write};
@@ -30,8 +30,7 @@ pub fn write_streamed(
     Staged::with(path, |w| content(w))?.persist()
 }
 
-/// Gives a file that was made elsewhere its name, in place of what stood there,
-/// as if it had been written there.
+/// Moves a file created elsewhere to its target, replacing what was there, as if it had been written there.
 ///
 /// # Errors
 /// Where it can't have it. Then both are as they were.
@@ -57,7 +56,7 @@ pub(super) struct Staged {
     /// As a person named it.
     path: PathBuf,
     place: Place,
-    /// Beside the file whose name it takes; elsewhere if there is none.
+    /// Next to its target; elsewhere if it has none.
     content: NamedTempFile,
 }
 
@@ -151,13 +150,13 @@ pub(in crate::io) fn unfit(problem: impl Into<String>) -> io::Error {
 /// on disk, under temporary names, before the first name is taken.
 #[derive(Debug, Default)]
 pub(super) struct Together {
-    /// Folders that were made for the files, the outermost first.
+    /// Folders created for the files, outermost first.
     made: Vec<PathBuf>,
     files: Vec<Staged>,
 }
 
 impl Together {
-    /// Makes a folder, and those above it, where there is none.
+    /// Creates a folder and its parents, if missing.
     pub(super) fn folder(&mut self, path: &Path) -> Result<(), WriteError> {
         let missing: Vec<&Path> = path
             .ancestors()
@@ -220,7 +219,7 @@ impl Together {
 }
 
 impl Drop for Together {
-    /// Folders that were made for nothing go again.
+    /// Removes folders that were created in vain.
     fn drop(&mut self) {
         self.files.clear();
         for folder in self.made.iter().rev() {
@@ -230,8 +229,7 @@ impl Drop for Together {
     }
 }
 
-/// What stands at the place now, under a second name that goes when it is
-/// dropped.
+/// The existing file at the target, under a second name that is removed on drop.
 fn former(path: &Path) -> Result<Option<TempPath>, WriteError> {
     if !path.exists() {
         return Ok(None);

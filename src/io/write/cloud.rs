@@ -1,5 +1,4 @@
-//! The segmented cloud: every point of the input, in its order, with the id
-//! of its primitive.
+//! The segmented cloud: every input point, in order, with the id of its primitive.
 
 use std::io::{self, Seek, Write};
 use std::path::Path;

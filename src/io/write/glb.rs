@@ -1,4 +1,4 @@
-//! Meshes in parts as binary glTF 2.0: a node, a mesh and a material a part.
+//! Meshes in parts as binary glTF 2.0: one node, mesh and material per part.
 
 use std::io::{self, Write};
 
@@ -83,7 +83,7 @@ fn local(frame: &Isometry3<f64>, p: &Point3<f64>) -> Point3<f64> {
     frame.inverse_transform_point(p)
 }
 
-/// Refuses what single precision can't hold, and tells where it is coarse.
+/// Rejects values out of range for single precision, and notes where it is coarse.
 fn single_precision(parts: &Parts) -> io::Result<Option<String>> {
     for (part, faces) in parts.parts.iter().zip(parts.by_part()) {
         let (_, used) = renumbered(&faces, parts.vertices.len());

@@ -6,7 +6,7 @@ use crate::inference::{Abstraction, Params};
 use crate::io::primitives::PrimitiveSet;
 use crate::io::shape::Shape;
 
-/// A state of a run with all that it came from: what the files are made of.
+/// A state of a run with its inputs, from which the files are written.
 #[derive(Debug, Clone, Copy)]
 pub struct Outcome<'a> {
     /// Of the primitives and their points.

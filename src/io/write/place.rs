@@ -1,5 +1,5 @@
-//! Where a path leads: to a file, which is replaced whole, or to something that
-//! can only be written through: a device, a pipe, a descriptor that is open.
+//! The target of a path: a file, which is replaced, or something that is written directly, such as
+//! a device, a pipe or an open descriptor.
 
 use std::fs::{self, File, OpenOptions};
 use std::io;
@@ -7,16 +7,15 @@ use std::path::{Path, PathBuf};
 
 use super::standard::print;
 
-/// What stands for standard output where a file is named. A file of that name
-/// is `./-`.
+/// The name of standard output. A file of that name is `./-`.
 const STANDARD_OUTPUT: &str = "-";
 /// As many links in a row as Linux follows.
 const MOST_LINKS: usize = 40;
 
-/// What a path stands for, all links followed.
+/// The target of a path, with all links followed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) enum Place {
-    /// A file that is there, or the name of one to be made.
+    /// An existing file, or the name of a new one.
     File(PathBuf),
     StandardOutput,
     StandardError,
@@ -72,8 +71,7 @@ pub fn is_standard_output(path: &Path) -> bool {
     matches!(Place::of(path), Ok(Place::StandardOutput))
 }
 
-/// Whether a path is no place for a file, so that there is nothing beside it,
-/// either.
+/// Whether a path is written directly, so that no files can be placed next to it.
 pub fn is_written_through(path: &Path) -> bool {
     Place::of(path).is_ok_and(|place| place.file().is_none())
 }
@@ -126,7 +124,7 @@ mod tests {
         assert_eq!(file.file(), Some(folder.path().join("deep/../file").as_path()));
         fs::write(at("file"), "").unwrap();
         assert_eq!(Place::of(&at("first")).unwrap(), file);
-        assert!(Place::of(&at("round")).unwrap_err().to_string().contains("circle"));
+        assert!(Place::of(&at("round")).unwrap_err().to_string().contains("form a cycle"));
         assert_eq!(Place::of(&at("-")).unwrap(), Place::File(at("-")));
         assert_eq!(Place::of(Path::new("-")).unwrap(), Place::StandardOutput);
     }

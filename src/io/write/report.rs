@@ -20,7 +20,7 @@ pub struct RunRecord {
     pub clusters: Vec<usize>,
     pub merges: Vec<MergeReport>,
     pub times: PhaseTimes,
-    /// The folder that the report is for, where it is made in another.
+    /// The final folder of the report, if it is created elsewhere.
     pub home: Option<PathBuf>,
 }
 
@@ -109,7 +109,7 @@ impl SurfaceEntry {
 struct IsolatedEntry {
     asked_for: Isolated,
     points_left_out: usize,
-    /// Those of them that no sample stands for.
+    /// Points without a sample.
     points_unlabelled: usize,
     note: Option<String>,
 }

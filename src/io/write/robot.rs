@@ -1,5 +1,4 @@
-//! Primitives as bodies of a simulator: URDF and MJCF, with the meshes that
-//! they refer to.
+//! Primitives as bodies for simulators: URDF and MJCF, with their meshes.
 
 use std::f64::consts::PI;
 use std::ffi::OsStr;
@@ -29,7 +28,7 @@ const EXPONENT: f64 = 0.1;
 const TAPER: f64 = 0.05;
 /// Semi-axes that differ by less than this part of them count as the same.
 const AXES: f64 = 0.05;
-/// A hull that is larger than the body by more than this part is told of.
+/// A hull that is larger than the body by more than this fraction is noted.
 const HULL: f64 = 1e-3;
 /// What collisions are computed with: fine enough to hold 98 % of a sphere, and
 /// few enough vertices for any simulator.
@@ -127,7 +126,7 @@ struct Body {
     excess: Option<f64>,
 }
 
-/// A robot model: the file, and the meshes in the folder beside it.
+/// A robot model: the file, and its meshes in a folder next to it.
 pub(super) struct Robot {
     name: String,
     /// Name of the folder of the meshes.

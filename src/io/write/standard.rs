@@ -1,4 +1,4 @@
-//! Standard output, and the only way there.
+//! Standard output, and the only access to it.
 
 use std::io::{self, Read};
 

@@ -1,4 +1,4 @@
-//! Between scene space and logical pixels.
+//! Conversion between scene space and logical pixels.
 
 use nalgebra::{Point3, Vector2, Vector3};
 

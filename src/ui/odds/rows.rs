@@ -1,4 +1,4 @@
-//! The tables that a point may sit down at, one a row.
+//! The tables that a point could join, one per row.
 
 use egui::{Align2, Color32, FontId, Rect, Response, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
@@ -91,7 +91,7 @@ pub(super) fn show(ui: &mut Ui, session: &Session, row: Row<'_>, is_chosen: bool
     response.on_hover_text("Click to see how the weight is computed")
 }
 
-/// The share of all weights, as a bar with its number beside it.
+/// The share of all weights, as a bar with its value.
 fn bar(ui: &Ui, row: Rect, share: f64, number: String, color: Color32, text: Color32) {
     let painter = ui.painter();
     let middle = row.center().y;

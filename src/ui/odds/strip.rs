@@ -1,4 +1,4 @@
-//! A point's labels through the states of the branch, as a strip of colours.
+//! The labels of a point over the states of the branch, as a strip of colours.
 
 use egui::{Color32, FontId, Key, Rect, RichText, Role, Sense, Stroke, Ui, WidgetInfo, pos2, vec2};
 

@@ -1,4 +1,4 @@
-//! Pictures on their way: drawn by the device, encoded by a thread.
+//! Pictures in progress: rendered by the device, encoded in a thread.
 
 use std::f64::consts::TAU;
 use std::path::{Path, PathBuf};
@@ -11,26 +11,26 @@ use crate::render::{Capture, OffscreenError};
 use crate::session::camera::Camera;
 use crate::ui::viewport::{Shot, Studio};
 
-/// How long the window waits before it looks again.
+/// Polling interval of the window.
 pub(super) const PATIENCE: Duration = Duration::from_millis(8);
-/// Pictures that wait for the thread that encodes them.
+/// Capacity of the queue to the encoding thread.
 const WAITING: usize = 2;
 
-/// The path when all is written, or why not.
+/// The path when everything is written, or the error.
 type Outcome = Result<PathBuf, String>;
 
-/// One or many pictures. Dropping it gives them up, and leaves nothing behind.
+/// A job of one or many pictures. Dropping it cancels the job and leaves no files.
 #[derive(Debug)]
 pub(super) struct Job {
     still: Still,
     shot: Shot,
     frames: u32,
-    /// Pictures that the device was given.
+    /// Pictures submitted to the device.
     begun: u32,
     capture: Option<Result<Capture, OffscreenError>>,
     /// A picture that the encoder had no room for.
     finished: Option<image::RgbaImage>,
-    /// Closed when the last picture was handed over.
+    /// Closed after the last picture.
     encoder: Option<SyncSender<image::RgbaImage>>,
     handed: u32,
     outcome: Receiver<Outcome>,
@@ -106,12 +106,12 @@ impl Job {
         }
     }
 
-    /// Pictures that are drawn, of how many.
+    /// Rendered pictures, and their total.
     pub(super) fn progress(&self) -> (u32, u32) {
         (self.handed, self.frames)
     }
 
-    /// Does what can be done without waiting; how it ended, once it has.
+    /// Makes progress without blocking. Returns the outcome once finished.
     pub(super) fn advance(&mut self, studio: &mut Studio) -> Option<Outcome> {
         match self.outcome.try_recv() {
             Ok(outcome) => return Some(outcome),

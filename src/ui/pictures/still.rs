@@ -1,4 +1,4 @@
-//! A state that stands still while pictures are drawn of it.
+//! A frozen copy of the state while pictures of it are rendered.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;

@@ -1,5 +1,5 @@
-//! What is selected: θ of one primitive as numbers, and what can be done with
-//! primitives and points.
+//! The inspector: the parameters of the selected primitive, and operations on primitives and
+//! points.
 
 use egui::{Button, Response, RichText, Sense, Ui, vec2};
 
@@ -10,9 +10,9 @@ use crate::session::action::{Action, Verb};
 use crate::ui::theme::{self, Palette};
 use crate::ui::widgets::{choice, count, divide, length, verb_button, with_reason};
 
-/// Primitives that are offered to be merged with.
+/// Number of primitives offered for merging.
 const NEIGHBORS: usize = 8;
-/// Ids that are listed of many.
+/// Number of ids listed.
 const LISTED: usize = 8;
 
 pub(super) fn has_something(session: &Session) -> bool {
@@ -119,7 +119,7 @@ fn points(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     wide_button(ui, session, Verb::BelongTogether, actions);
 }
 
-/// What can be changed by handles in the view.
+/// Buttons for the handles in the view.
 fn handles(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<Action>) {
     ui.add_enabled_ui(session.why_fixed(primitive).is_none(), |ui| {
         ui.horizontal(|ui| {
@@ -172,7 +172,7 @@ fn short_button(ui: &mut Ui, session: &Session, verb: Verb, text: &str, width: f
     ui.add_enabled(session.is_enabled(verb), button).on_hover_text(&tooltip).on_disabled_hover_text(&tooltip)
 }
 
-/// A menu of the nearest others; the chosen merge is judged first.
+/// A menu of the nearest other primitives. The chosen merge is tested first.
 fn merge_with(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &mut Vec<Action>) {
     let others = nearest(session, primitive);
     let why =
@@ -201,7 +201,7 @@ fn merge_with(ui: &mut Ui, session: &Session, primitive: &Primitive, actions: &m
     });
 }
 
-/// The other primitives that may be merged, the nearest first by their centres.
+/// Other primitives that can be merged, sorted by distance of their centres.
 fn nearest<'a>(session: &'a Session, primitive: &Primitive) -> Vec<&'a Primitive> {
     let distance = |p: &Primitive| (p.shape.translation - primitive.shape.translation).norm();
     let mut others: Vec<&Primitive> =

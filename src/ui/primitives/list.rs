@@ -1,4 +1,4 @@
-//! The list of primitives: one row each, to select, hide, lock and sort by.
+//! The list of primitives: one row each, to select, hide, lock and sort.
 
 use std::cmp::Ordering;
 
@@ -19,10 +19,10 @@ const ERROR_COLUMN: f32 = 50.0;
 const POINTS_COLUMN: f32 = 114.0;
 /// Left edge of the ids.
 const ID_COLUMN: f32 = 26.0;
-/// Rows that are always there, however little space is left.
+/// Minimum number of visible rows.
 const FEWEST_ROWS: f32 = 3.0;
 
-/// What the rows are sorted by.
+/// Sort key of the rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 enum Column {
     Id,
@@ -52,7 +52,7 @@ impl Column {
         }
     }
 
-    /// As people look for them: ids from the first, the others from the largest.
+    /// Default order: ids ascending, others descending.
     fn compare(self, a: &Primitive, b: &Primitive) -> Ordering {
         let order = match self {
             Self::Id => Ordering::Equal,
@@ -63,12 +63,12 @@ impl Column {
     }
 }
 
-/// What the list remembers.
+/// State of the list.
 #[derive(Debug, Default)]
 pub(super) struct List {
     column: Column,
     is_reversed: bool,
-    /// Where a range begins: the primitive, by id, that was chosen last by itself.
+    /// Start of a range: the primitive, by id, that was last selected alone.
     anchor: Option<u32>,
     /// The other end of that range.
     tip: Option<u32>,
@@ -78,7 +78,7 @@ pub(super) struct List {
 }
 
 impl List {
-    /// The rows end at `bottom`, but for the fewest that are always there.
+    /// The rows end at `bottom`, except for the minimum number of rows.
     pub(super) fn show(&mut self, ui: &mut Ui, session: &Session, bottom: f32, actions: &mut Vec<Action>) {
         let primitives = session.primitives();
         title(ui, session, actions);
@@ -165,8 +165,7 @@ impl List {
         }
     }
 
-    /// Up and down go through the list, with Shift they widen the selection;
-    /// which row is to be seen then.
+    /// Up and down move the selection; Shift extends it. Returns the row to scroll to.
     fn step(&mut self, ui: &Ui, order: &[&Primitive], actions: &mut Vec<Action>) -> Option<usize> {
         // Anything else that was reached by the keyboard has a use of its own for them.
         let focused = ui.memory(|memory| memory.focused());
@@ -296,7 +295,7 @@ fn title(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     });
 }
 
-/// All that can be done with what is selected.
+/// Actions on the selection.
 fn menu(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     let groups: [&[Verb]; 3] = [
         &[Verb::FrameSelection, Verb::HideSelected],
@@ -350,8 +349,7 @@ fn paint_row(ui: &Ui, session: &Session, primitive: &Primitive, rect: Rect, resp
     text(rect.right() - ERROR_COLUMN, Align2::RIGHT_CENTER, length(primitive.mean_distance));
 }
 
-/// A padlock, shut where the primitive is locked; an open one is seen only in
-/// the row under the pointer. Whether it was clicked.
+/// A padlock, closed if the primitive is locked. An open one is visible only in the row under the pointer. Returns whether it was clicked.
 fn lock(ui: &mut Ui, session: &Session, primitive: &Primitive, rect: Rect, is_near: bool) -> bool {
     let Primitive { id, locked, .. } = *primitive;
     let can = session.can_edit();

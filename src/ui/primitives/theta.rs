@@ -1,4 +1,4 @@
-//! θ of a primitive as numbers that can be dragged and typed.
+//! The parameters θ of a primitive as values to drag and type.
 
 use egui::{Key, RichText, Ui, vec2};
 
@@ -14,8 +14,7 @@ use crate::ui::widgets::{editable, length};
 const LABELS: f32 = 78.0;
 const GAP: f32 = 4.0;
 
-/// What is seen and changed: the shape, and its rotation as the angles that
-/// make it up, in radians.
+/// The edited values: the shape, and its rotation as angles in radians.
 #[derive(Debug, Clone, Copy, PartialEq)]
 struct Theta {
     shape: Superquadric,
@@ -45,7 +44,7 @@ impl Line {
         }
     }
 
-    /// For those who can't see the line, and for tests.
+    /// Accessible names, also used in tests.
     fn names(self) -> &'static [&'static str] {
         match self {
             Self::Exponents => &["Exponent ε1", "Exponent ε2"],
@@ -109,7 +108,7 @@ impl Line {
         }
     }
 
-    /// Change a logical pixel of dragging.
+    /// Change per logical pixel of dragging.
     fn speed(self, limits: &ShapeLimits) -> f64 {
         match self {
             Self::Exponents | Self::Taper => 0.005,

@@ -1,4 +1,4 @@
-//! Small pictures of the runs' results, seen as the window sees the shape.
+//! Thumbnails of the runs' results, seen from the window's camera.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;

@@ -1,5 +1,4 @@
-//! Where the states of a branch lie along the panel: one after the other, the
-//! same in plots, ruler and lanes.
+//! Positions of a branch's states along the panel, shared by plots, ruler and lanes.
 
 use egui::Rangef;
 

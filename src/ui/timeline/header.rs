@@ -1,5 +1,5 @@
-//! The panel's first row: transport, how far the run is, what the marks mean,
-//! and what can be done from here.
+//! The first row of the panel: playback controls, progress, the legend of the marks, and actions on
+//! the shown state.
 
 use egui::{Button, ComboBox, Layout, Popup, PopupCloseBehavior, ProgressBar, RichText, Ui};
 

@@ -1,4 +1,4 @@
-//! The signs of the transport: drawn, since fonts differ in theirs.
+//! Icons of the playback controls, drawn because fonts differ.
 
 use egui::{Color32, Painter, Pos2, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2};
 

@@ -1,5 +1,5 @@
-//! The branches: their names, and beside each its states with what happened,
-//! each lane leaving the one it came from.
+//! The branches: their names, and next to each its states with their events. Each lane starts at
+//! its parent.
 
 use std::collections::BTreeSet;
 
@@ -29,7 +29,7 @@ const PLOT: f32 = 90.0;
 /// Least distance of two marks of a kind that are both drawn.
 const CLOSEST: f32 = 5.0;
 
-/// What happened in the shown branch, each kind once.
+/// Events in the shown branch, each kind once.
 pub(super) fn kinds(session: &Session) -> BTreeSet<Mark> {
     session.timeline.states().iter().flat_map(|s| Mark::of(s)).collect()
 }
@@ -71,7 +71,7 @@ impl Shares {
     }
 }
 
-/// A branch that is being given another name.
+/// A branch being renamed.
 #[derive(Debug)]
 pub(super) struct Renaming {
     id: u32,
@@ -223,7 +223,7 @@ impl Timeline {
     }
 }
 
-/// The field for a new name; whether it is done.
+/// The field for the new name; returns whether editing is finished.
 fn edit_name(ui: &mut Ui, renaming: &mut Renaming, actions: &mut Vec<Action>) -> bool {
     let field = TextEdit::singleline(&mut renaming.text).desired_width(ui.available_width() - 8.0);
     let field = ui.add(field);
@@ -241,7 +241,7 @@ fn edit_name(ui: &mut Ui, renaming: &mut Renaming, actions: &mut Vec<Action>) ->
     true
 }
 
-/// What a branch comes to.
+/// Summary of a branch.
 fn about(ui: &mut Ui, session: &Session, branch: &Branch) {
     let weak = Palette::of(ui).weak;
     ui.label(RichText::new(&branch.name).strong());

@@ -1,4 +1,4 @@
-//! The shapes that stand for what happened.
+//! The marks for events.
 
 use std::collections::BTreeSet;
 

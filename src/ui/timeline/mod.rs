@@ -1,6 +1,5 @@
-//! The panel at the bottom: the states of all branches, what happened in them,
-//! and what they come to. It is laid out in rows that share one x axis: plots
-//! on top, the ruler with the playhead, then a lane for each branch.
+//! The timeline panel: the states of all branches, their events and values. Its rows share one x
+//! axis: plots at the top, the ruler with the playhead, then one lane per branch.
 
 use std::time::Duration;
 
@@ -30,14 +29,13 @@ pub(super) const LEAST_HEIGHT: f32 = theme::ROW + ruler::HEIGHT + 12.0;
 
 /// Width of the names and titles on the left.
 const NAMES: f32 = 132.0;
-/// Width of the figures on the right, and of a panel that has room for them.
+/// Width of the metrics on the right, and of a panel that has room for them.
 const FIGURES: f32 = 178.0;
 const WIDE: f32 = 780.0;
-/// Height of a panel that has room for the figures in a row of their own
-/// besides the curves.
+/// Height of a panel that has room for the metrics in a separate row.
 const LOW: f32 = 168.0;
 
-/// What the panel remembers besides the session.
+/// Panel state outside the session.
 #[derive(Debug, Default)]
 pub(super) struct Timeline {
     renaming: Option<Renaming>,
@@ -131,7 +129,7 @@ impl Timeline {
         ui.painter().vline(x, top..=bottom, Stroke::new(1.5, palette.accent));
     }
 
-    /// Tells the session how time passes while it plays.
+    /// Advances playback.
     fn play(&mut self, ui: &Ui, session: &Session, actions: &mut Vec<Action>) {
         if !session.playback.is_playing {
             self.played_at = None;
@@ -156,8 +154,7 @@ fn within<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> R 
     contents(&mut part)
 }
 
-/// States that the shown branch will have, as far as can be told: those of the
-/// iterations to come.
+/// Expected number of states of the shown branch, from the remaining iterations.
 fn expected(session: &Session) -> usize {
     let states = session.timeline.states();
     let (Some(last), Some(steps)) = (states.last(), steps(session)) else { return states.len() };

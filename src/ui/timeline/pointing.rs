@@ -1,4 +1,4 @@
-//! What the pointer and the keys do anywhere along the axis.
+//! Pointer and key input along the axis.
 
 use egui::{EventFilter, Grid, Key, Label, PointerButton, Response, RichText, Tooltip, Ui};
 
@@ -40,8 +40,7 @@ pub(super) fn scrub(
     Some(index)
 }
 
-/// Tells of a state beside the pointer, at once: a pointer that moves along
-/// reads the numbers off.
+/// Shows a state's values next to the pointer without delay.
 fn tell(session: &Session, response: &Response, index: usize) {
     let states = session.timeline.states();
     let Some(state) = states.get(index) else { return };
@@ -67,7 +66,7 @@ fn tell(session: &Session, response: &Response, index: usize) {
     });
 }
 
-/// A curve's value for people; estimates say that they are.
+/// A curve's value as text; estimates are marked.
 pub(in crate::ui) fn value_text(session: &Session, curve: Curve, state: &Snapshot) -> String {
     let Some(value) = session.value_of(curve, state) else { return "–".to_owned() };
     match curve {

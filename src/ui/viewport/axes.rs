@@ -1,5 +1,4 @@
-//! The input's axes in the upper right corner: a click on a ball looks along
-//! its axis, a drag orbits.
+//! The axis gizmo in the upper right corner: clicking a ball looks along its axis, dragging orbits.
 
 use egui::{Align2, Color32, FontId, Pos2, Rect, Role, Sense, Stroke, Ui, Vec2, WidgetInfo, vec2};
 use nalgebra::Point3;

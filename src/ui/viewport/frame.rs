@@ -1,4 +1,4 @@
-//! Everything but the data that decides how a view's picture looks.
+//! Everything except the data that determines how a view is rendered.
 
 use egui::Ui;
 

@@ -1,4 +1,4 @@
-//! A camera that jumps is seen to move.
+//! Smooth camera transitions.
 
 use egui::Ui;
 

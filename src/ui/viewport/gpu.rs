@@ -1,4 +1,4 @@
-//! The renderers that live with egui's, one a view.
+//! The renderers that live with egui's, one per view.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};

@@ -1,5 +1,4 @@
-//! Handles on the selected primitive under the pointer: what a drag of one
-//! makes of it, told in numbers.
+//! Dragging the handles of the selected primitive, with the current value as text.
 
 use egui::{Align2, FontId, Key, PointerButton, Pos2, Rect, Response, Ui, vec2};
 use nalgebra::Vector2;
@@ -15,22 +14,21 @@ use crate::ui::scene::SceneView;
 use crate::ui::theme::Palette;
 use crate::ui::widgets::length;
 
-/// A handle that is held.
+/// A handle being dragged.
 #[derive(Debug)]
 pub(super) struct Grip {
     id: u32,
     handle: Handle,
-    /// Where it was taken hold of, in logical pixels of the view.
+    /// Where the drag started, in logical pixels of the view.
     from: Vector2<f64>,
-    /// As it was then.
+    /// The primitive at that time.
     gizmo: Gizmo,
-    /// Escape has given the shape back; the button is still down.
+    /// Escape has restored the shape; the button is still down.
     is_given_up: bool,
 }
 
 impl Viewport {
-    /// Lets the pointer take hold of handles and drag them; what is to be drawn,
-    /// and whether the pointer belongs to a handle.
+    /// Lets the pointer drag handles. Returns what to draw, and whether the pointer is used by a handle.
     pub(super) fn handle(
         &mut self,
         ui: &Ui,
@@ -92,7 +90,7 @@ impl Viewport {
     }
 }
 
-/// What a drag has come to.
+/// Value of a drag as text.
 fn reading(handle: Handle, start: &Superquadric, now: &Superquadric) -> String {
     match handle {
         Handle::MoveAxis(_) | Handle::MovePlane(_) | Handle::MoveFree => {
@@ -109,7 +107,7 @@ fn reading(handle: Handle, start: &Superquadric, now: &Superquadric) -> String {
     }
 }
 
-/// Text beside the pointer.
+/// Text next to the pointer.
 fn tell(ui: &Ui, rect: Rect, pointer: Pos2, text: &str) {
     let palette = Palette::of(ui);
     let painter = ui.ctx().layer_painter(egui::LayerId::new(

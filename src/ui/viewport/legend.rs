@@ -1,4 +1,4 @@
-//! The colour bar: which number a colour stands for, and where it ends.
+//! The colour bar: the values of the colours, and the end of the range.
 
 use egui::{
     Align2, Button, Color32, DragValue, FontId, Label, Mesh, Rect, RichText, Role, Sense, Shape, Stroke, Ui,
@@ -120,7 +120,7 @@ fn bar(ui: &mut Ui, view: &View, bar: &Bar<'_>, rect: Rect, actions: &mut Vec<Ac
     }
 }
 
-/// Where the range ends.
+/// Controls for the end of the range.
 fn ends(ui: &mut Ui, view: &View, bar: &Bar<'_>, actions: &mut Vec<Action>) {
     let (_, high) = bar.range;
     let label = ui.label(RichText::new("Up to").small()).id;

@@ -1,4 +1,4 @@
-//! The pointer over a view: orbit, pan, zoom, hover, and what the tools select.
+//! Pointer input in a view: orbit, pan, zoom, hover, and the selection tools.
 
 use egui::{CursorIcon, PointerButton, Pos2, Rect, Response, Shape, Stroke, Ui, pos2};
 use nalgebra::{Point3, Vector2};
@@ -16,14 +16,14 @@ use crate::ui::scene::SceneView;
 use crate::ui::theme::Palette;
 use crate::ui::widgets::{count, length};
 
-/// Radians a logical pixel of dragging.
+/// Radians per logical pixel of dragging.
 pub(super) const ORBIT_SPEED: f64 = 0.008;
-/// Zoom a logical pixel of scrolling.
+/// Zoom per logical pixel of scrolling.
 const ZOOM_SPEED: f64 = 0.0022;
 /// Logical pixels from corner to corner of a lasso.
 const LASSO_STEP: f32 = 2.0;
 
-/// What is being drawn around something, in logical pixels of the window.
+/// A selection in progress, in logical pixels of the window.
 #[derive(Debug)]
 pub(super) struct Drawn {
     tool: Tool,
@@ -47,7 +47,7 @@ impl Drawn {
 }
 
 impl Viewport {
-    /// Whatever the pointer does, but for what belongs to a handle.
+    /// Handles the pointer, except for handles.
     pub(super) fn point(
         &mut self,
         ui: &Ui,
@@ -181,7 +181,7 @@ impl Viewport {
         });
     }
 
-    /// The line around what is to be selected.
+    /// The outline of a selection in progress.
     pub(super) fn paint_drawn(&self, ui: &Ui, rect: Rect) {
         let Some(drawn) = &self.drawn else { return };
         let palette = Palette::of(ui);
@@ -210,8 +210,7 @@ impl Viewport {
     }
 }
 
-/// A click on a point asks for its odds, and so does the key while the pointer
-/// is over it; a click on nothing is done with them.
+/// A click on a point, or the key while the pointer is over it, shows its odds. A click on nothing hides them.
 fn explain(
     view: &SceneView<'_>,
     response: &Response,
@@ -255,7 +254,7 @@ fn primitive_of(view: &SceneView<'_>, pick: &Pick) -> Option<u32> {
     }
 }
 
-/// What is known of the thing under the pointer.
+/// Tooltip of the item under the pointer.
 fn tooltip(view: &SceneView<'_>, pick: Option<&Pick>, id: Option<u32>) -> Option<String> {
     let primitive = id.and_then(|id| view.primitives().iter().find(|p| p.id == id));
     let mut lines = Vec::new();

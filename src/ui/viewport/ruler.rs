@@ -1,4 +1,4 @@
-//! Scale in input units: numbers along the ground grid, and a bar.
+//! The scale in input units: numbers along the ground grid, and a scale bar.
 
 use egui::{Align2, FontId, Rect, Role, Sense, Stroke, Ui, Vec2, WidgetInfo, pos2, vec2};
 use nalgebra::Point3;

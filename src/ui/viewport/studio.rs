@@ -1,5 +1,4 @@
-//! Pictures that are not on screen, drawn by the window's own device:
-//! thumbnails, saved pictures, turntables.
+//! Offscreen pictures rendered by the window's device: thumbnails, saved pictures, turntables.
 
 use egui_wgpu::wgpu;
 

@@ -1,5 +1,5 @@
-//! The bar along the viewport's upper edge: tools, what they select, what
-//! colours tell, how surfaces are drawn, what is shown.
+//! The toolbar along the viewport's upper edge: tools, selection mode, colours, surface style and
+//! visible layers.
 
 use egui::{
     Button, Color32, ComboBox, Painter, Pos2, Rect, Role, Sense, Shape, Slider, Stroke, Ui, WidgetInfo, pos2,

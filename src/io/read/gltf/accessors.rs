@@ -1,4 +1,4 @@
-//! Numbers of a glTF file, every range checked against what there is.
+//! Accessors of a glTF file, with every range checked.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -75,7 +75,7 @@ pub(super) struct Data<'a> {
     buffers: Vec<Result<Cow<'a, [u8]>, Fault>>,
 }
 
-/// Where numbers lie.
+/// Layout of the numbers.
 struct Place {
     view: usize,
     offset: usize,

@@ -1,4 +1,4 @@
-//! Which files a scene keeps its numbers in.
+//! The external files that a scene refers to.
 
 use std::fs::File;
 use std::io::Read;
@@ -8,13 +8,12 @@ use serde_json::Value;
 
 use super::buffers::{is_data, names_of};
 
-/// Largest text whose buffers are looked for.
+/// Size limit of a text that is searched for buffers.
 const LARGEST: u64 = 256 << 20;
 /// How much of a file must be blank to be no text of a scene.
 const HEAD: u64 = 4 << 10;
 
-/// The files beside a glTF or GLB file that it may keep its buffers in; none of
-/// any other file, or of one that can't be read.
+/// The external buffer files of a glTF or GLB file; none for other files or unreadable ones.
 pub fn buffers_beside(path: &Path) -> Vec<PathBuf> {
     let scene: Value = text(path).and_then(|text| serde_json::from_slice(&text).ok()).unwrap_or_default();
     let folder = path.parent().unwrap_or(Path::new(""));
@@ -27,7 +26,7 @@ pub fn buffers_beside(path: &Path) -> Vec<PathBuf> {
         .collect()
 }
 
-/// The text that describes the scene, if it looks like one.
+/// The JSON text of the scene, if it looks like one.
 fn text(path: &Path) -> Option<Vec<u8>> {
     // Opening a pipe would wait, and take what is in it.
     if !path.is_file() {

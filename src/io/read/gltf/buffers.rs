@@ -1,5 +1,4 @@
-//! Where a glTF file keeps its numbers: in the binary part, in the JSON as
-//! base64, or in a file beside it.
+//! Buffers of a glTF file: in the binary part, in the JSON as base64, or in a separate file.
 
 use std::borrow::Cow;
 use std::path::{Path, PathBuf};

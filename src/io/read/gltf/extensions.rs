@@ -1,4 +1,4 @@
-//! Extensions that a file requires: whether its shape can be read without them.
+//! Required extensions, and whether the shape can be read without them.
 
 use crate::io::error::Fault;
 use crate::io::read::text::quoted_up_to;

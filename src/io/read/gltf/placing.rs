@@ -1,4 +1,4 @@
-//! Where nodes put their meshes, and their vertices.
+//! Transforms of nodes and their meshes' vertices.
 
 use nalgebra::{Matrix4, Point3, Quaternion, UnitQuaternion, Vector3};
 

@@ -1,4 +1,4 @@
-//! What is needed of a glTF file's JSON.
+//! The parts of the glTF JSON that are needed.
 
 use std::collections::BTreeMap;
 
@@ -18,7 +18,7 @@ pub(super) struct Root {
     pub(super) buffers: Vec<Buffer>,
 }
 
-/// What tells whether the rest can be made out.
+/// The part that decides whether the rest can be parsed.
 #[derive(Debug, Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Head {
@@ -48,7 +48,7 @@ pub(super) struct Node {
     pub(super) children: Vec<usize>,
     pub(super) mesh: Option<usize>,
     pub(super) skin: Option<usize>,
-    /// Column by column; stands in place of the three below.
+    /// In column-major order; replaces the three fields below.
     pub(super) matrix: Option<[f64; 16]>,
     pub(super) translation: Option<[f64; 3]>,
     /// Quaternion x, y, z, w.

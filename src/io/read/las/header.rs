@@ -1,4 +1,4 @@
-//! What of a LAS header must hold before a decoder may see the file.
+//! Checks of a LAS header before the decoder is used.
 
 use crate::io::error::Fault;
 

@@ -1,5 +1,5 @@
-//! An archive of NumPy arrays: which of them are the points, their faces,
-//! normals, colours and labels is told from their names, then from their shapes.
+//! Archives of NumPy arrays. Points, faces, normals, colours and labels are recognised by the names
+//! of the arrays, then by their shapes.
 
 use std::borrow::Cow;
 use std::io::{Cursor, Read};
@@ -191,7 +191,7 @@ fn load(
     Ok(Array { header: header.clone(), body: Cow::Owned(body) })
 }
 
-/// The first three numbers of so many rows.
+/// The first three numbers of each row.
 fn triples(array: &Array<'_>, count: usize) -> Vec<[f32; 3]> {
     let Some(grid) = Grid::of(&array.header) else { return Vec::new() };
     let rows = array.rows(&grid, 0, 3);

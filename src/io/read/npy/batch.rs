@@ -1,4 +1,4 @@
-//! Arrays of more than two dimensions: one cloud in a grid, or several shapes.
+//! Arrays of more than two dimensions: one cloud on a grid, or several shapes.
 
 use super::grid::Grid;
 use crate::io::read::text::counted;

@@ -13,7 +13,7 @@ pub(super) enum Encoding {
     Binary { big_endian: bool },
 }
 
-/// The type that a name stands for.
+/// The type with this name.
 fn scalar(name: &str) -> Option<Scalar> {
     Some(match name {
         "char" | "int8" => Scalar::I8,

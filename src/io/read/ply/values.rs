@@ -1,4 +1,4 @@
-//! The numbers of a PLY file's body, one after another.
+//! The values in the body of a PLY file, in sequence.
 
 use std::borrow::Cow;
 
@@ -23,7 +23,7 @@ pub(super) trait Values {
     /// A fault at the present place.
     fn fault(&self, problem: String) -> Fault;
 
-    /// Ends the last element: what was left out so far.
+    /// Ends the last element and reports what was ignored.
     fn end(&mut self) -> Option<String>;
 }
 
@@ -51,7 +51,7 @@ pub(super) struct AsciiValues<'a> {
 }
 
 impl<'a> AsciiValues<'a> {
-    /// For so many elements.
+    /// For this many elements.
     pub(super) fn new(rest: &'a [u8], header_lines: usize, elements: u64) -> Self {
         let lines = rest.split(|b| matches!(b, b'\n' | b'\r')).filter(|line| !line.trim_ascii().is_empty());
         let ignores_lines = (lines.count() as u64) < elements;
@@ -62,7 +62,7 @@ impl<'a> AsciiValues<'a> {
         self.line[self.at..].trim_start().is_empty()
     }
 
-    /// Goes to the next line with something on it; `false` where there is none.
+    /// Advances to the next non-empty line; `false` at the end.
     fn next_line(&mut self) -> bool {
         while !self.rest.is_empty() {
             let end = self.rest.iter().position(|b| matches!(b, b'\n' | b'\r')).unwrap_or(self.rest.len());

@@ -1,4 +1,4 @@
-//! What a name's ending says of a content that says nothing itself.
+//! Recognises unsupported formats by file extension, if the content is not conclusive.
 
 use super::advice::{
     CONVERT_CLOUD, CONVERT_MAP, CONVERT_MESH, CONVERT_SOLID, FROM_BLENDER, FROM_RECORDING, Known, NO_SHAPE,
