@@ -145,7 +145,8 @@ enum Command {
 
 #[derive(Debug, Args)]
 struct OpenArgs {
-    /// Mesh or point cloud to open: OBJ, PLY, STL, OFF, glTF, GLB, PCD, LAS, LAZ, NPY, NPZ or XYZ text
+    /// Mesh or point cloud to open: OBJ, PLY, STL, OFF, glTF, GLB, PCD, LAS,
+    /// LAZ, NPY, NPZ or XYZ text
     file: Option<PathBuf>,
     #[command(flatten)]
     settings: SettingsArgs,

@@ -9,7 +9,8 @@ use super::error::ReadError;
 /// Largest file that is read, in bytes.
 const LARGEST: u64 = 8 << 30;
 
-/// Maximum decompressed size for this compressed size: clouds compress to about a tenth; anything below a hundredth is not a cloud.
+/// Maximum decompressed size for this compressed size: clouds compress to about
+/// a tenth; anything below a hundredth is not a cloud.
 pub(super) fn most_unpacked(packed: usize) -> u64 {
     (16 << 20) + 100 * packed as u64
 }

@@ -59,7 +59,8 @@ impl fmt::Debug for PointCloud {
     }
 }
 
-/// Attributes of the points in a file; each has one entry per point of the cloud or vertex of the mesh, in order.
+/// Attributes of the points in a file; each has one entry per point of the cloud
+/// or vertex of the mesh, in order.
 #[derive(Clone, Default, PartialEq)]
 pub struct Attributes {
     /// Red, green and blue.

@@ -80,7 +80,9 @@ impl Session {
         Vec::new()
     }
 
-    /// Handles a worker thread that has died and been replaced. A new sampler thread gets the settings; it gets the shown state with the next request that continues from it.
+    /// Handles a worker thread that has died and been replaced. A new sampler
+    /// thread gets the settings; it gets the shown state with the next request
+    /// that continues from it.
     fn absorb_end(&mut self, who: Helper, error: &str) -> Vec<Effect> {
         let (what, advice) = match who {
             Helper::Sampler => (

@@ -314,7 +314,8 @@ impl Session {
         vec![Effect::Send(command)]
     }
 
-    /// The activity is set immediately, so that no button can be pressed twice; the worker then reports its own activity for every command.
+    /// The activity is set immediately, so that no button can be pressed twice;
+    /// the worker then reports its own activity for every command.
     pub(super) fn expect(&mut self, activity: Activity) {
         self.activity = activity;
         self.playback.is_playing = false;

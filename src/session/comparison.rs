@@ -16,7 +16,8 @@ pub struct Comparison {
     pub index: Option<usize>,
     /// Both views have the same camera.
     pub is_linked: bool,
-    /// Highlight samples that belong to different primitives in both states, instead of the view's colours.
+    /// Highlight samples that belong to different primitives in both states,
+    /// instead of the view's colours.
     pub paints_disagreement: bool,
 }
 

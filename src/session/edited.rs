@@ -45,7 +45,8 @@ impl Session {
     }
 }
 
-/// The message about an edit; none for steps of the sampler or changes that are immediately visible.
+/// The message about an edit; none for steps of the sampler or changes that are
+/// immediately visible.
 fn sentence(occurrence: &Occurrence) -> Option<String> {
     let points = |n: usize| if n == 1 { "1 point".to_owned() } else { format!("{} points", grouped(n)) };
     Some(match occurrence {

@@ -67,7 +67,8 @@ impl Session {
         vec![Effect::Send(Command::Export(Box::new(request)))]
     }
 
-    /// The file of the current shape's last export. Exports of other shapes must not be overwritten.
+    /// The file of the current shape's last export. Exports of other shapes must
+    /// not be overwritten.
     pub(super) fn exported(&self) -> Option<&Path> {
         let (path, shape) = self.exported.as_ref()?;
         let is_of = |loaded: &Arc<LoadedShape>| std::ptr::eq(shape.as_ptr(), Arc::as_ptr(&loaded.shape));

@@ -157,7 +157,8 @@ impl Gizmo {
         Self { shape, mode, screen: Screen::new(camera, size) }
     }
 
-    /// All handles that can be dragged now, in drawing order. None if the primitive's centre is behind the camera.
+    /// All handles that can be dragged now, in drawing order. None if the
+    /// primitive's centre is behind the camera.
     pub fn parts(&self) -> Vec<Part> {
         let Some(center) = self.screen.pixel(&self.center()) else { return Vec::new() };
         let unit = self.screen.units_per_pixel(&self.center());
@@ -216,7 +217,8 @@ impl Gizmo {
         distances.filter(|(d, _)| *d <= REACH).reduce(|a, b| if b.0 <= a.0 { b } else { a }).map(|(_, h)| h)
     }
 
-    /// The primitive after dragging a handle, within its limits; unchanged if the drag has no solution.
+    /// The primitive after dragging a handle, within its limits; unchanged if
+    /// the drag has no solution.
     pub fn drag(&self, handle: Handle, from: Vector2<f64>, to: Vector2<f64>) -> Superquadric {
         let dragged = self.dragged(handle, from, to).unwrap_or(self.shape);
         if dragged.is_valid() { dragged } else { self.shape }

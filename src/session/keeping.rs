@@ -165,7 +165,9 @@ pub enum PartingAnswer {
 }
 
 impl Session {
-    /// The file that the current work was saved to or opened from. `None` once another shape is open, because the file does not contain that work. Undoing this restores the work together with its file.
+    /// The file that the current work was saved to or opened from. `None` once
+    /// another shape is open, because the file does not contain that work.
+    /// Undoing this restores the work together with its file.
     pub fn session_file(&self) -> Option<&Path> {
         let Saved::As { path, document } = &self.keeping.saved else { return None };
         let shape = |loaded: &Option<Arc<LoadedShape>>| loaded.as_ref().map(|l| Arc::as_ptr(&l.shape));
@@ -188,7 +190,8 @@ impl Session {
         }
     }
 
-    /// Whether the current work equals that of the document. The selection and the shown state do not count as work.
+    /// Whether the current work equals that of the document. The selection and
+    /// the shown state do not count as work.
     fn has_work_of(&self, saved: &Document) -> bool {
         let place = |loaded: &Option<_>| loaded.as_ref().map(Arc::as_ptr);
         let mark = |branch: &Branch| (branch.id, branch.states.len(), branch.states.last().map(|s| s.key));
@@ -200,7 +203,8 @@ impl Session {
             && now.iter().zip(then).all(|(a, b)| mark(a) == mark(b) && a.name == b.name)
     }
 
-    /// Whether this equals what was last journalled. A change of the camera alone is not worth writing.
+    /// Whether this equals what was last journalled. A change of the camera
+    /// alone is not worth writing.
     pub fn is_kept_as(&self, kept: &Workspace) -> bool {
         let Workspace { document, undo, pace, is_live, view, .. } = kept;
         self.undo.is_same(undo)

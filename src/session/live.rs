@@ -61,7 +61,8 @@ impl Session {
     }
 
     /// Whether the shown result is another than parameters and sampling would
-    /// Whether the shown result does not match the current parameters and sampling, and no update is in progress.
+    /// Whether the shown result does not match the current parameters and
+    /// sampling, and no update is in progress.
     pub fn is_outdated(&self) -> bool {
         let (Some(snapshot), Some(loaded)) = (&self.snapshot, &self.loaded) else { return false };
         if self.activity != Activity::Idle || self.live.is_renewing() || self.live.is_due {
@@ -74,7 +75,8 @@ impl Session {
         !makes_same_run(&made_with, &self.setup()) || self.stale_start().is_some()
     }
 
-    /// Runs so that the result matches the current parameters and sampling; restarts a run that would otherwise keep its old start or samples.
+    /// Runs so that the result matches the current parameters and sampling;
+    /// restarts a run that would otherwise keep its old start or samples.
     /// stand: a run that would keep its old start or samples is made anew.
     pub(super) fn run_as_set(&mut self) -> Vec<Effect> {
         let has_samples = self.loaded.as_ref().is_some_and(|l| l.sampling == self.sampling);
@@ -87,7 +89,8 @@ impl Session {
     }
 
     /// Takes another setup. Where Live is on and it makes another run, that is
-    /// Applies another setup. With Live on, starts an update if the run would differ; otherwise the parameters wait for the next step or start.
+    /// Applies another setup. With Live on, starts an update if the run would
+    /// differ; otherwise the parameters wait for the next step or start.
     pub(super) fn take_setup(&mut self, params: Params, sampling: SamplingOptions) -> Vec<Effect> {
         let before = self.setup();
         self.params = params;
@@ -151,7 +154,8 @@ impl Session {
     }
 
     /// Shows the finished run; camera and view stay, and what is selected or
-    /// Shows the finished run. Camera and view are kept, and so are the selection and hidden primitives where they can be matched.
+    /// Shows the finished run. Camera and view are kept, and so are the
+    /// selection and hidden primitives where they can be matched.
     pub(super) fn absorb_renewed(&mut self, renewed: &Renewed) {
         let Some(last) = renewed.states.last() else { return };
         let is_same_cloud = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(l, &renewed.loaded));
@@ -196,7 +200,9 @@ fn makes_same_run(a: &Setup, b: &Setup) -> bool {
     a.sampling == b.sampling && a.params == b.params.with_unread_of(&a.params)
 }
 
-/// For each primitive of `before`, the one of `after` that contains most of its points, because ids are not comparable between runs. Primitives whose points are scattered have none.
+/// For each primitive of `before`, the one of `after` that contains most of its
+/// points, because ids are not comparable between runs. Primitives whose points
+/// are scattered have none.
 fn heirs(before: &Abstraction, after: &Abstraction) -> BTreeMap<u32, u32> {
     let mut shared: BTreeMap<(u32, u32), usize> = BTreeMap::new();
     for (&old, &new) in before.labels.iter().zip(after.labels.iter()) {
@@ -214,7 +220,8 @@ fn heirs(before: &Abstraction, after: &Abstraction) -> BTreeMap<u32, u32> {
     best.into_iter().map(|(old, (_, new))| (old, new)).collect()
 }
 
-/// Colours for a run that replaces another. A primitive keeps the colour of the earlier one with which it mutually shares most points.
+/// Colours for a run that replaces another. A primitive keeps the colour of the
+/// earlier one with which it mutually shares most points.
 fn inherited(before: &Abstraction, colors: &Colors, renewed: &Renewed) -> Colors {
     let Some(last) = renewed.states.last() else { return Colors::default() };
     let (heirs, origins) = (heirs(before, &last.abstraction), self::heirs(&last.abstraction, before));

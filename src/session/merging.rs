@@ -87,7 +87,8 @@ impl Session {
         matches!(self.decisions.last(), Some(Decision::Skipped(..)))
     }
 
-    /// Reverts the last decision on a merge and proposes it again; `None` if something else was done since.
+    /// Reverts the last decision on a merge and proposes it again; `None` if
+    /// something else was done since.
     pub(super) fn take_back_decision(&mut self) -> Option<Vec<Effect>> {
         match *self.decisions.last()? {
             Decision::Skipped(a, b) => {

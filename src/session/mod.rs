@@ -73,7 +73,9 @@ use undo::Undo;
 use view::View;
 use window::Window;
 
-/// A speed at which each iteration can be followed and the default run takes about three seconds. Live updates and the maximum speed show results immediately.
+/// A speed at which each iteration can be followed and the default run takes
+/// about three seconds. Live updates and the maximum speed show results
+/// immediately.
 pub const DEFAULT_PACE: Pace = Pace::PerSecond(10);
 
 /// Side effects that the owner of a session carries out.
@@ -182,7 +184,8 @@ pub struct Session {
     run_when_loaded: bool,
     /// A shape has arrived since the worker was last idle.
     has_arrived: bool,
-    /// Number of messages when work was last requested. Earlier errors are outdated once that work succeeds.
+    /// Number of messages when work was last requested. Earlier errors are
+    /// outdated once that work succeeds.
     answered: Option<u64>,
 }
 
@@ -284,7 +287,8 @@ impl Session {
         self.timeline.shown_state()
     }
 
-    /// Factor from input units to normalised lengths, as used by α, p0 and σ; `None` if the shape has no extent.
+    /// Factor from input units to normalised lengths, as used by α, p0 and σ;
+    /// `None` if the shape has no extent.
     pub fn normalised_scale(&self) -> Option<f64> {
         // It depends on the box alone.
         let size = self.scene.bounds.size() / self.scene.scale();
@@ -314,7 +318,9 @@ impl Session {
         matches!(self.activity, Activity::Running | Activity::Merging)
     }
 
-    /// The parameters with which the current run started, if start parameters have changed since: the algorithm, K or the seed, as far as the next run uses them.
+    /// The parameters with which the current run started, if start parameters
+    /// have changed since: the algorithm, K or the seed, as far as the next run
+    /// uses them.
     pub fn stale_start(&self) -> Option<Params> {
         let start = self.snapshot.as_ref()?.start;
         let now = &self.params;

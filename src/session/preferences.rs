@@ -8,7 +8,8 @@ use super::{ExportChoice, Session};
 use crate::io::StoredPath;
 use crate::worker::Pace;
 
-/// Stored form. Missing fields have defaults and unknown ones are ignored, so that older and newer programs can read each other's.
+/// Stored form. Missing fields have defaults and unknown ones are ignored, so
+/// that older and newer programs can read each other's.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Preferences {

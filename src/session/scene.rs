@@ -25,7 +25,8 @@ pub enum UpAxis {
     Z,
 }
 
-/// Colours of marked and unmarked points, which differ in lightness and, even for colour-blind people, in hue.
+/// Colours of marked and unmarked points, which differ in lightness and, even
+/// for colour-blind people, in hue.
 const MARKED_COLOR: [u8; 3] = [255, 150, 0];
 const UNMARKED_COLOR: [u8; 3] = [104, 112, 124];
 
@@ -113,7 +114,8 @@ pub fn extent_of(points: &[Point3<f64>]) -> Vector3<f64> {
     Bounds::around(points.iter().copied()).map_or_else(Vector3::zeros, |b| b.size())
 }
 
-/// The displayed points of a shape, in input units: all points of an input cloud, or the samples of a mesh.
+/// The displayed points of a shape, in input units: all points of an input
+/// cloud, or the samples of a mesh.
 pub fn shown_points(loaded: &LoadedShape) -> &[Point3<f64>] {
     match (&loaded.shape.geometry, &loaded.cloud.sample_of_input) {
         (ShapeGeometry::Cloud(input), Some(_)) => &input.points,

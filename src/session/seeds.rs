@@ -209,7 +209,8 @@ impl Session {
         }
     }
 
-    /// Opens a run with another seed as a branch, at its last state. Its seed becomes the current one, so that the next start repeats it.
+    /// Opens a run with another seed as a branch, at its last state. Its seed
+    /// becomes the current one, so that the next start repeats it.
     pub(super) fn take_seed(&mut self, seed: u64) -> Vec<Effect> {
         let Some(result) = self.seeds.results.iter().find(|r| r.run.seed == seed).cloned() else {
             return Vec::new();

@@ -88,7 +88,8 @@ impl Timeline {
     /// Upper limit on the number of branches.
     const MOST: u32 = 1 << 30;
 
-    /// Restores a timeline from a file; `None` if an index is out of range, a branch has no states or a duplicate id, or there are too many branches.
+    /// Restores a timeline from a file; `None` if an index is out of range, a
+    /// branch has no states or a duplicate id, or there are too many branches.
     pub fn from_parts(branches: Vec<Branch>, current: usize, shown: usize, count: u32) -> Option<Self> {
         let ids: BTreeSet<u32> = branches.iter().map(|b| b.id).collect();
         let is_whole = ids.len() == branches.len()
@@ -165,7 +166,9 @@ impl Timeline {
         self.current == self.growing && self.is_at_end()
     }
 
-    /// Adds the first state of a run. It replaces the current branch, unless that contains manual edits or has child branches; then a new branch begins.
+    /// Adds the first state of a run. It replaces the current branch, unless
+    /// that contains manual edits or has child branches; then a new branch
+    /// begins.
     pub(super) fn start(&mut self, loaded: &Arc<LoadedShape>, first: Arc<Snapshot>, colors: Arc<Colors>) {
         let is_free = self.current().is_some_and(|branch| {
             !branch.is_by_hand()
@@ -183,7 +186,8 @@ impl Timeline {
         self.shown = 0;
     }
 
-    /// Adds the worker's next state, and shows it if its predecessor was shown. Does nothing without a start.
+    /// Adds the worker's next state, and shows it if its predecessor was shown.
+    /// Does nothing without a start.
     pub(super) fn push(&mut self, state: Arc<Snapshot>) {
         let follows = self.follows();
         let Some(branch) = self.branches.get_mut(self.growing) else { return };

@@ -78,7 +78,8 @@ impl Undo {
         self.push(label.into(), before);
     }
 
-    /// As [`Undo::record`], but consecutive changes with the same label are one step until the gesture ends.
+    /// As [`Undo::record`], but consecutive changes with the same label are one
+    /// step until the gesture ends.
     pub(super) fn record_gesture(&mut self, label: &str, before: Document) {
         if self.gesture.as_deref() != Some(label) {
             self.push(label.to_owned(), before);

@@ -7,7 +7,8 @@ use rayon::ThreadPool;
 
 use crate::io::caught;
 
-/// Uses half of the cores; rendering and sampling need the others. `None` if no threads can be started.
+/// Uses half of the cores; rendering and sampling need the others. `None` if no
+/// threads can be started.
 static POOL: LazyLock<Option<ThreadPool>> = LazyLock::new(|| {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     let pool = rayon::ThreadPoolBuilder::new()

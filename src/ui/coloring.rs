@@ -16,7 +16,8 @@ use crate::session::scene::SceneFromInput;
 use crate::session::view::ColorBy;
 use crate::worker::{LoadedShape, Snapshot};
 
-/// Maximum number of distances or labels computed within a frame; more are computed in the background.
+/// Maximum number of distances or labels computed within a frame; more are
+/// computed in the background.
 const QUICK: usize = 150_000;
 
 /// What the values are computed from.
@@ -78,7 +79,8 @@ pub(super) struct Coloring {
 }
 
 impl Coloring {
-    /// What the view's colours show. If it takes long, `window` is redrawn when it is ready; without a window, this call waits.
+    /// What the view's colours show. If it takes long, `window` is redrawn when
+    /// it is ready; without a window, this call waits.
     pub(super) fn update(&mut self, view: &SceneView<'_>, window: Option<&Context>) -> Told {
         let by = view.view.color_by;
         let (Some(shape), Some(snapshot)) = (view.loaded, view.snapshot) else { return Told::Nothing };

@@ -270,7 +270,8 @@ fn method(ui: &mut Ui, params: &Params, actions: &mut Vec<Action>) {
     });
 }
 
-/// Shows the control of a parameter; disabled, with the reason as tooltip, if the method does not use it.
+/// Shows the control of a parameter; disabled, with the reason as tooltip, if
+/// the method does not use it.
 fn where_read(ui: &mut Ui, params: &Params, setting: Setting, show: impl FnOnce(&mut Ui) -> Response) {
     let why = params.why_unread(setting);
     ui.add_enabled_ui(why.is_none(), |ui| {

@@ -14,7 +14,8 @@ use super::widgets::{dialog_body, dialog_width};
 use crate::io::{self, AnimationFormat, Format};
 use crate::session::action::{Action, PictureKind};
 
-/// Dialogs cancelled by a person stay open longer than this. Without a dialog, the answer comes within about 15 ms.
+/// Dialogs cancelled by a person stay open longer than this. Without a dialog,
+/// the answer comes within about 15 ms.
 const TOO_FAST_FOR_A_PERSON: Duration = Duration::from_millis(150);
 
 /// Height of the path field with its surroundings and the buttons.
@@ -213,7 +214,8 @@ impl Dialogs {
             let _ = sender.send((path, asked.elapsed()));
             ctx.request_repaint();
         };
-        // The dialog is made here, because some systems insist on the window's thread, and awaited there.
+        // The dialog is made here, because some systems insist on the window's
+        // thread, and awaited there.
         let future: Answer = if purpose.is_reading() {
             Box::pin(dialog.pick_file())
         } else {

@@ -142,7 +142,8 @@ fn last_of_live(session: &Session) -> Option<&Metrics> {
     session.last_measurement().filter(|_| is_coming).and_then(|m| m.result.as_ref().ok())
 }
 
-/// Why a metric is missing, shown without a tooltip. Reasons that depend only on the shape are shown for all its states, so that the layout does not jump.
+/// Why a metric is missing, shown without a tooltip. Reasons that depend only on
+/// the shape are shown for all its states, so that the layout does not jump.
 fn remark(session: &Session) -> Option<String> {
     match &session.last_measurement()?.result {
         Err(why) => Some(format!("Not measured: {why}")),

@@ -4,7 +4,8 @@ use crate::session::Session;
 use crate::session::action::{Action, Key, Shortcut, Verb};
 use crate::session::view::Tool;
 
-/// Verbs whose shortcuts were pressed in this frame, available ones first. Almost none while a text field has the focus.
+/// Verbs whose shortcuts were pressed in this frame, available ones first.
+/// Almost none while a text field has the focus.
 pub(super) fn pressed(ctx: &egui::Context, session: &Session, actions: &mut Vec<Action>) {
     // While a list or a question is open, keys belong to it.
     if session.window.shows_commands || ctx.memory(|memory| memory.top_modal_layer().is_some()) {

@@ -148,7 +148,8 @@ fn describe(response: &Response, number: &TestNumber) {
     response.clone().on_hover_text(tooltip);
 }
 
-/// Range of a bar: 0, the value and the threshold, with some room. Values without a threshold share a range, so that they can be compared.
+/// Range of a bar: 0, the value and the threshold, with some room. Values
+/// without a threshold share a range, so that they can be compared.
 fn domain(number: &TestNumber, all: &[TestNumber]) -> (f64, f64) {
     let unit = |n: &TestNumber| merge_wording::quantity(n.quantity).1;
     let is_like =

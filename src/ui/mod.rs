@@ -61,7 +61,8 @@ use viewport::{Studio, Viewport};
 /// Below this window width, in logical pixels, there is room for only one side panel.
 const NARROW: f32 = 860.0;
 
-/// A slider counts as resting when nothing has moved for this many seconds and frames. With slow frames, some frames of a drag see no change.
+/// A slider counts as resting when nothing has moved for this many seconds and
+/// frames. With slow frames, some frames of a drag see no change.
 const REST: f64 = 0.2;
 const STILL_FRAMES: u32 = 2;
 
@@ -80,7 +81,8 @@ pub struct Interface {
     compare: Compare,
     log: Log,
     sizes: Sizes,
-    /// Time of the last change to a run's inputs, in seconds, and the number of frames without movement since.
+    /// Time of the last change to a run's inputs, in seconds, and the number of
+    /// frames without movement since.
     turned_at: f64,
     still_frames: u32,
     /// A drag is in progress whose changes form one undo step.
@@ -88,7 +90,8 @@ pub struct Interface {
 }
 
 impl Interface {
-    /// Sets up the themes and, if there is a render state, the 3D view. Without `system_dialogs`, paths are always typed.
+    /// Sets up the themes and, if there is a render state, the 3D view. Without
+    /// `system_dialogs`, paths are always typed.
     pub fn new(ctx: &Context, state: Option<&egui_wgpu::RenderState>, system_dialogs: bool) -> Self {
         theme::install(ctx);
         ctx.add_plugin(tooltips::QuietTooltips::default());
@@ -111,7 +114,8 @@ impl Interface {
         }
     }
 
-    /// Asks the user for a path, starting in `folder`. The answer is an action of a later [`Interface::show`].
+    /// Asks the user for a path, starting in `folder`. The answer is an action
+    /// of a later [`Interface::show`].
     pub fn ask(&mut self, ctx: &Context, purpose: Purpose, name: &str, folder: Option<&Path>) {
         self.dialogs.ask(ctx, purpose, name, folder);
     }
@@ -225,7 +229,8 @@ impl Interface {
         actions
     }
 
-    /// Detects the end of a gesture: for the pointer when it is released, for the keyboard immediately.
+    /// Detects the end of a gesture: for the pointer when it is released, for
+    /// the keyboard immediately.
     fn watch_gesture(&mut self, ctx: &Context, actions: &mut Vec<Action>) {
         let is_part = |action: &Action| {
             matches!(action, Action::SetParams(_) | Action::SetSampling(_) | Action::DraftShape(_))

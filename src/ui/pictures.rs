@@ -130,7 +130,8 @@ impl Pictures {
         Ok(())
     }
 
-    /// Draws the dialog or the progress, and continues the job. Returns the kind of picture that needs a path.
+    /// Draws the dialog or the progress, and continues the job. Returns the kind
+    /// of picture that needs a path.
     pub(super) fn show(
         &mut self,
         ctx: &Context,

@@ -190,7 +190,8 @@ pub(super) struct Scene {
 }
 
 impl Scene {
-    /// Updates what has changed. Values that take long to compute arrive in a later frame of the window; without a window, this call waits.
+    /// Updates what has changed. Values that take long to compute arrive in a
+    /// later frame of the window; without a window, this call waits.
     pub(super) fn update(
         &mut self,
         view: &SceneView<'_>,

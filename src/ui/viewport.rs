@@ -28,7 +28,9 @@ use pointer::Drawn;
 pub(super) use studio::{Shot, Studio};
 pub(super) use toolbar::show as toolbar;
 
-/// A view with its own uploads, hovered item and selection in progress. Several views can show different states side by side; giving them the same camera links them.
+/// A view with its own uploads, hovered item and selection in progress. Several
+/// views can show different states side by side; giving them the same camera
+/// links them.
 #[derive(Debug)]
 pub(super) struct Viewport {
     /// Accessible name, also used in tests.

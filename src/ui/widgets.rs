@@ -231,7 +231,8 @@ pub(super) fn lower_first(text: &str) -> String {
     letters.next().map_or_else(String::new, |first| first.to_lowercase().chain(letters).collect())
 }
 
-/// A number as text with this many significant digits: in scientific notation if very large or small, `–` if not a number.
+/// A number as text with this many significant digits: in scientific notation if
+/// very large or small, `–` if not a number.
 fn significant(value: f64, digits: usize) -> String {
     let size = value.abs();
     if !value.is_finite() {

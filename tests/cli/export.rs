@@ -159,7 +159,8 @@ mod places {
             let said = String::from_utf8(output.stderr).unwrap();
             assert!(said.contains("wrote more.csv") && !said.contains("wrote -"), "{said}");
         }
-        // Where there is no place beside a file, an OBJ is without colours, and a robot without a body.
+        // Where there is no place beside a file, an OBJ is without colours, and
+        // a robot without a body.
         let output = superform(folder.path(), &["export", "out", "-o", "-", "--format", "surfaces-obj"]);
         let text = String::from_utf8(output.stdout).unwrap();
         assert!(text.contains("\nf ") && !text.contains("mtllib"), "{text:.300}");

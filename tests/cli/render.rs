@@ -122,7 +122,8 @@ mod drawn {
                 assert!(taken[i] != taken[j], "{} and {} are the same", views[i], views[j]);
             }
         }
-        // From the right it looks as it does where the eye is turned by 90 degrees, but for perspective.
+        // From the right it looks as it does where the eye is turned by 90
+        // degrees, but for perspective.
         render(
             folder,
             &["out", "-o", "turned.png", "--azimuth", "90", "--elevation", "0", "--size", "96x72"],

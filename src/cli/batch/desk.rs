@@ -116,7 +116,9 @@ pub(super) struct Desk {
 }
 
 impl Desk {
-    /// Takes the staging folder of a table and removes leftovers of killed batches. Waits, with a message, while another process uses it; `None` if cancelled.
+    /// Takes the staging folder of a table and removes leftovers of killed
+    /// batches. Waits, with a message, while another process uses it; `None` if
+    /// cancelled.
     /// have left behind. If another process works at it, says so and waits;
     /// `None` if that was cancelled.
     pub(super) fn take(output: &Path, table: &str, cancel: &Cancel) -> anyhow::Result<Option<Self>> {
@@ -194,7 +196,8 @@ impl Desk {
 
     /// Moves the files of a job from where they were made to the folder of its
     /// name, with the record that makes it finished. A folder that is there
-    /// Moves the files of a job to its folder, with the record that marks it as finished. Other files in an existing folder are kept.
+    /// Moves the files of a job to its folder, with the record that marks it as
+    /// finished. Other files in an existing folder are kept.
     pub(super) fn publish(
         &self,
         made: &Path,

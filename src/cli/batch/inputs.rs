@@ -107,7 +107,8 @@ fn same(a: &Path, b: &Path) -> bool {
     matches!((fs::canonicalize(a), fs::canonicalize(b)), (Ok(a), Ok(b)) if a == b)
 }
 
-/// Whether a file in a folder counts as a shape: by its extension; text files and tables only if they contain points.
+/// Whether a file in a folder counts as a shape: by its extension; text files
+/// and tables only if they contain points.
 fn is_shape(path: &Path) -> bool {
     let is_text =
         path.extension().is_some_and(|e| e.eq_ignore_ascii_case("txt") || e.eq_ignore_ascii_case("csv"));

@@ -3,7 +3,8 @@
 //! The same formulas as [`Superquadric::derivatives`], which stays the
 //! reference, in single precision and branch-free over arrays, so that the
 //! compiler vectorises them. In clouds of size 1 to 10 a radial distance is off
-//! by less than 2e-5 of itself plus 2e-5 (tested); clouds know no finer. Sums are carried over to double precision. No fused multiply-add: the
+//! by less than 2e-5 of itself plus 2e-5 (tested); clouds know no finer. Sums
+//! are carried over to double precision. No fused multiply-add: the
 //! result is the same bits on every machine, whatever instruction set is chosen
 //! at run time.
 

@@ -49,7 +49,8 @@ impl Effort {
     pub(crate) const THOROUGH: Self = Self { explore: true, probe: 8, polish: 40, tolerance: 1e-4 };
 }
 
-/// Fits a primitive to `points` from the moments, from their box if it is a plate, and from the primitives
+/// Fits a primitive to `points` from the moments, from their box if it is a
+/// plate, and from the primitives
 /// `warm`; of all starts and configurations the one with the smallest Σ d².
 /// `smallest_axis` bounds the semi-axes from below.
 ///

@@ -11,7 +11,8 @@
 //! 2N (as far as the cloud is even: a point stands for 0.9·s̄² of surface). The
 //! price of the primitives is a share of that, too: one more has to lower the
 //! error by so much. It grows as K^0.6: of a shape that has many parts
-//! already one more says less about how simple it is. Unlike a likelihood of the points it knows when a
+//! already one more says less about how simple it is. Unlike a likelihood of the
+//! points it knows when a
 //! primitive sticks out over empty space.
 
 use crate::geometry::{Superquadric, kernel};

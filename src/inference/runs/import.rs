@@ -14,7 +14,8 @@ use crate::inference::moves::configuration::Configuration;
 
 impl Sampler {
     /// Puts these primitives in the place of all others; see
-    /// [`crate::inference::runs::edit::Edit::Take`]. A σ that is not known is drawn as after a sweep.
+    /// [`crate::inference::runs::edit::Edit::Take`]. A σ that is not known is
+    /// drawn as after a sweep.
     pub(crate) fn take(
         &mut self,
         primitives: &[Primitive],

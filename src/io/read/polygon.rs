@@ -22,7 +22,8 @@ const BENT: f64 = 1e-3;
 /// has its limit.
 const MOST_CORNERS: usize = 1 << 24;
 
-/// The triangles, with every fan that does not fit its polygon triangulated again. A fan is a range of triangles; ranges are disjoint and in order.
+/// The triangles, with every fan that does not fit its polygon triangulated
+/// again. A fan is a range of triangles; ranges are disjoint and in order.
 pub(super) fn cut(triangles: Vec<[u32; 3]>, fans: &[Range<usize>], points: &[Point3<f64>]) -> Vec<[u32; 3]> {
     let cuts: Vec<(Range<usize>, Vec<[u32; 3]>)> = fans
         .par_iter()

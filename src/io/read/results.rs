@@ -373,7 +373,8 @@ fn labelled(cloud: &Shape, stored: &StoredPrimitives) -> Option<LabelledPoints> 
     Some(LabelledPoints { points: points.clone(), labels })
 }
 
-/// Whether a segmented cloud with this many points can belong to the run: it has all points of a cloud, or all samples of a mesh.
+/// Whether a segmented cloud with this many points can belong to the run: it has
+/// all points of a cloud, or all samples of a mesh.
 fn belongs(points: usize, input: Option<&Shape>, report: &Option<Report>, stored: &StoredPrimitives) -> bool {
     let of_input = match (input.map(|shape| &shape.geometry), report) {
         (Some(ShapeGeometry::Cloud(cloud)), _) => Some(cloud.points.len()),

@@ -55,7 +55,8 @@ impl std::fmt::Debug for AnimationWriter {
 
 impl AnimationWriter {
     /// Begins an animation of `frames` pictures of `size` pixels, each shown
-    /// Starts an animation of `frames` pictures of `size` pixels, each shown for `seconds` (rounded to hundredths in a GIF).
+    /// Starts an animation of `frames` pictures of `size` pixels, each shown for
+    /// `seconds` (rounded to hundredths in a GIF).
     /// unfinished jobs.
     /// # Errors
     /// Where nothing can be written there: also where the folder of PNGs is

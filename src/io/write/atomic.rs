@@ -30,7 +30,8 @@ pub fn write_streamed(
     Staged::with(path, |w| content(w))?.persist()
 }
 
-/// Moves a file created elsewhere to its target, replacing what was there, as if it had been written there.
+/// Moves a file created elsewhere to its target, replacing what was there, as if
+/// it had been written there.
 ///
 /// # Errors
 /// Where it can't have it. Then both are as they were.

@@ -22,10 +22,12 @@ pub struct Exported {
     pub notes: Vec<String>,
 }
 
-/// Writes the result to a file of the format, with the files it refers to (materials, meshes) next to it: all or none.
+/// Writes the result to a file of the format, with the files it refers to
+/// (materials, meshes) next to it: all or none.
 ///
 /// # Errors
-/// If a file cannot be written, an option is out of range, the format needs a mesh but the input is not one, or the format cannot represent the result.
+/// If a file cannot be written, an option is out of range, the format needs a
+/// mesh but the input is not one, or the format cannot represent the result.
 pub fn export(
     path: &Path,
     format: Format,

@@ -123,7 +123,8 @@ fn name_of(label: i32) -> String {
 impl Parts {
     /// The input mesh, its faces in their order (unless they are cut) and
     /// labelled by the samples next to them. Parts are in the order of their
-    /// The input mesh with its faces in order (unless they are cut), labelled by the nearest samples. Parts are sorted by id; unassigned faces come last.
+    /// The input mesh with its faces in order (unless they are cut), labelled by
+    /// the nearest samples. Parts are sorted by id; unassigned faces come last.
     pub(super) fn of_mesh(
         mesh: &TriMesh,
         outcome: &Outcome<'_>,

@@ -14,10 +14,14 @@ use crate::io::error::WriteError;
 use crate::io::names::{PRIMITIVES_FILE, REPORT_FILE, SEGMENTED_FILE};
 use crate::io::primitives::{PrimitiveSet, json};
 
-/// Writes the three files of a run to a folder, which is created if missing, and further files with formats from their names ([`Format::from_path`]): all files or none.
+/// Writes the three files of a run to a folder, which is created if missing, and
+/// further files with formats from their names ([`Format::from_path`]): all
+/// files or none.
 ///
 /// # Errors
-/// If one of them cannot be written or a name has no known format. Then none is written, existing files are unchanged, and a folder created for them is removed.
+/// If one of them cannot be written or a name has no known format. Then none is
+/// written, existing files are unchanged, and a folder created for them is
+/// removed.
 pub fn write_run(
     folder: &Path,
     more: &[String],

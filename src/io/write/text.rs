@@ -46,7 +46,8 @@ pub(super) fn mean_place(points: &[Point3<f64>]) -> u64 {
     (characters / count) as u64
 }
 
-/// A number as accepted by all readers: the shortest text that reads back as the same number, or `nan`.
+/// A number as accepted by all readers: the shortest text that reads back as the
+/// same number, or `nan`.
 pub(in crate::io) struct Text<T>(pub(in crate::io) T);
 
 macro_rules! text {

@@ -349,7 +349,8 @@ fn paint_row(ui: &Ui, session: &Session, primitive: &Primitive, rect: Rect, resp
     text(rect.right() - ERROR_COLUMN, Align2::RIGHT_CENTER, length(primitive.mean_distance));
 }
 
-/// A padlock, closed if the primitive is locked. An open one is visible only in the row under the pointer. Returns whether it was clicked.
+/// A padlock, closed if the primitive is locked. An open one is visible only in
+/// the row under the pointer. Returns whether it was clicked.
 fn lock(ui: &mut Ui, session: &Session, primitive: &Primitive, rect: Rect, is_near: bool) -> bool {
     let Primitive { id, locked, .. } = *primitive;
     let can = session.can_edit();

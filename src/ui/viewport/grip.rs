@@ -28,7 +28,8 @@ pub(super) struct Grip {
 }
 
 impl Viewport {
-    /// Lets the pointer drag handles. Returns what to draw, and whether the pointer is used by a handle.
+    /// Lets the pointer drag handles. Returns what to draw, and whether the
+    /// pointer is used by a handle.
     pub(super) fn handle(
         &mut self,
         ui: &Ui,

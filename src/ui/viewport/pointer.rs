@@ -210,7 +210,8 @@ impl Viewport {
     }
 }
 
-/// A click on a point, or the key while the pointer is over it, shows its odds. A click on nothing hides them.
+/// A click on a point, or the key while the pointer is over it, shows its odds.
+/// A click on nothing hides them.
 fn explain(
     view: &SceneView<'_>,
     response: &Response,
