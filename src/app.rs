@@ -1,7 +1,7 @@
 //! The window: the composition root of worker, session and interface.
 
-mod keeping;
 mod place;
+mod saving;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -14,14 +14,14 @@ use egui::ColorImage;
 use crate::cli::Journal;
 use crate::inference::{Params, Phase};
 use crate::io;
-use crate::session::keeping::Opening;
 use crate::session::messages::{Level, Message};
+use crate::session::saving::Opening;
 use crate::session::{Action, Effect, Session};
 use crate::ui::{Interface, Purpose, Sizes};
 use crate::worker::{Activity, Command, Event, Pace, SamplingOptions, Source, Worker};
 
-use keeping::Keeping;
 use place::{Place, Placing};
+use saving::Saving;
 
 /// Smallest size of the window, in logical pixels.
 const MIN_SIZE: [f32; 2] = [480.0, 320.0];
@@ -147,7 +147,7 @@ pub struct App {
     remembers: bool,
     outcome: Option<Sender<anyhow::Result<()>>>,
     start: Start,
-    keeping: Keeping,
+    saving: Saving,
     placing: Placing,
 }
 
@@ -210,11 +210,11 @@ impl App {
         }
         // A window that is there for its picture keeps nothing.
         let state_folder = options.state_folder.clone().filter(|_| options.screenshot.is_none());
-        let mut keeping = Keeping::start(state_folder, &cc.egui_ctx)?;
+        let mut saving = Saving::start(state_folder, &cc.egui_ctx)?;
         // What is to be shown is read while the pipelines are built.
         match &options.source {
             Source::File(path) if io::has_session_ending(path) => {
-                keeping.open(Opening::File(path.clone()), &session);
+                saving.open(Opening::File(path.clone()), &session);
                 worker.send(Command::SetParams(session.params));
                 worker.send(Command::SetPace(session.pace));
             }
@@ -236,7 +236,7 @@ impl App {
             }),
             outcome: None,
             start: Start::Over,
-            keeping,
+            saving,
             placing,
         })
     }
@@ -269,8 +269,8 @@ impl App {
 
     fn absorb(&mut self, ctx: &egui::Context, event: Event) {
         match &event {
-            Event::Renewing(_) => tracing::debug!("a renewal has begun"),
-            Event::Renewed(_) => tracing::debug!("a renewal was finished"),
+            Event::LiveStarted(_) => tracing::debug!("a renewal has begun"),
+            Event::LiveFinished(_) => tracing::debug!("a renewal was finished"),
             _ => {}
         }
         let effects = self.session.absorb(event);
@@ -294,9 +294,9 @@ impl App {
                 Effect::AskForScreenshot => self.ask(ctx, Purpose::Screenshot),
                 Effect::SaveScreenshot(path) => self.request_picture(ctx, path),
                 Effect::AskForSession => self.ask(ctx, Purpose::Session),
-                Effect::SaveSession(path) => self.keeping.save(path, &self.session),
-                Effect::OpenSession(opening) => self.keeping.open(opening, &self.session),
-                Effect::DiscardFound(id) => self.keeping.discard(id),
+                Effect::SaveSession(path) => self.saving.save(path, &self.session),
+                Effect::OpenSession(opening) => self.saving.open(opening, &self.session),
+                Effect::DiscardFound(id) => self.saving.discard(id),
                 Effect::Quit => self.leave(ctx),
                 Effect::OpenIfThere(path) => {
                     let there = path.exists();
@@ -478,7 +478,7 @@ impl eframe::App for App {
         self.advance_start();
         self.save_pictures(ctx);
         self.advance_picture(ctx);
-        self.keeping.keep(&self.session);
+        self.saving.keep(&self.session);
         self.placing.advance(ctx);
         self.update_title(ctx);
     }

@@ -31,7 +31,7 @@ impl Brief {
 
     /// Of values that have no hash of their own, but are told in full.
     pub(crate) fn of_told<T: fmt::Debug>(values: &[T]) -> Self {
-        let mut told = Told(DefaultHasher::new());
+        let mut told = HashWriter(DefaultHasher::new());
         for value in values {
             // The writer never fails.
             let _ = write!(told, "{value:?},");
@@ -47,9 +47,9 @@ impl fmt::Debug for Brief {
 }
 
 /// Hashes what is written.
-struct Told(DefaultHasher);
+struct HashWriter(DefaultHasher);
 
-impl fmt::Write for Told {
+impl fmt::Write for HashWriter {
     fn write_str(&mut self, text: &str) -> fmt::Result {
         self.0.write(text.as_bytes());
         Ok(())

@@ -91,9 +91,9 @@ impl Painter {
         let labels = subject.state.as_ref().map_or(&[][..], |state| &state.labels);
         let pinned = subject.state.as_ref().map_or(&[][..], |state| &state.pinned);
         let paint = match &told {
-            Told::Points(scalar) => Paint::Scalar(scalar, viridis),
-            Told::Surfaces(_) => Paint::Plain,
-            Told::Nothing => match view.color_by {
+            ColorValues::Points(scalar) => Paint::Scalar(scalar, viridis),
+            ColorValues::Surfaces(_) => Paint::Plain,
+            ColorValues::Nothing => match view.color_by {
                 ColorBy::Input => Paint::Input,
                 ColorBy::Plain => Paint::Plain,
                 _ if subject.has_labels() => Paint::Clusters(&subject.colors),
@@ -110,7 +110,7 @@ impl Painter {
                 .filter(|color| color[3] != 0)
                 .for_each(|color| *color = [r, g, b, color[3]]);
         }
-        let is_grey = matches!(told, Told::Points(_));
+        let is_grey = matches!(told, ColorValues::Points(_));
         let primitives: Vec<PrimitiveInstance> = subject
             .primitives()
             .iter()
@@ -192,13 +192,13 @@ impl Painter {
 }
 
 /// The numbers that colours tell.
-enum Told {
+enum ColorValues {
     Nothing,
     Points(Scalar),
     Surfaces(SurfaceScalar),
 }
 
-impl Told {
+impl ColorValues {
     /// Of the primitives' surfaces.
     fn paint(&self) -> Vec<SurfacePaint> {
         let Self::Surfaces(scalar) = self else { return Vec::new() };
@@ -224,29 +224,29 @@ impl Told {
 }
 
 /// What can be told of a single state; clusters stand in for what takes several.
-fn told(subject: &Subject, by: ColorBy, scene: &SceneFromInput) -> Told {
+fn told(subject: &Subject, by: ColorBy, scene: &SceneFromInput) -> ColorValues {
     let state: Option<&Abstraction> = subject.state.as_ref().filter(|s| !s.primitives.is_empty());
-    let Some(state) = state else { return Told::Nothing };
+    let Some(state) = state else { return ColorValues::Nothing };
     let samples = &subject.loaded.cloud.points;
     match by {
         ColorBy::OwnDistance if subject.has_labels() => {
             let distances = own_distances(samples, state, scene);
-            Told::Points(Scalar::from_zero("Distance to own primitive", distances))
+            ColorValues::Points(Scalar::from_zero("Distance to own primitive", distances))
         }
         ColorBy::NearestDistance if !samples.is_empty() => {
             let distances = nearest_distances(samples, state, scene);
-            Told::Points(Scalar::from_zero("Distance to nearest primitive", distances))
+            ColorValues::Points(Scalar::from_zero("Distance to nearest primitive", distances))
         }
         ColorBy::SurfaceDistance => {
             let nearest = match &subject.loaded.shape.geometry {
                 ShapeGeometry::Mesh(mesh) => Nearest::of_mesh(mesh),
                 ShapeGeometry::Cloud(cloud) => Nearest::of_cloud(&cloud.points),
             };
-            nearest.map_or(Told::Nothing, |nearest| {
+            nearest.map_or(ColorValues::Nothing, |nearest| {
                 let distances = surface_distances(&state.primitives, &nearest);
-                Told::Surfaces(SurfaceScalar::from_zero("Distance to input", distances))
+                ColorValues::Surfaces(SurfaceScalar::from_zero("Distance to input", distances))
             })
         }
-        _ => Told::Nothing,
+        _ => ColorValues::Nothing,
     }
 }

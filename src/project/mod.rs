@@ -2,11 +2,11 @@
 //! from which it is recovered after a crash. `docs/session-file.md` has the
 //! format, and what is promised of it.
 
+mod autosave;
 mod container;
 mod error;
 mod folder;
 mod journal;
-mod keeper;
 mod ledger;
 mod raw;
 mod reading;
@@ -15,8 +15,8 @@ mod shapes;
 mod states;
 mod writing;
 
+pub use autosave::{Autosave, Event, Origin};
 pub use error::OpenError;
 pub use folder::user_folder;
-pub use keeper::{Event, Keeper, Origin};
 pub use reading::{Opened, open};
 pub use saving::save;

@@ -14,7 +14,7 @@ use crate::geometry::SampleCloud;
 use crate::inference::normalised_scale;
 use crate::io::Shape;
 use crate::session::document::Document;
-use crate::session::keeping::Summary;
+use crate::session::saving::Summary;
 use crate::session::timeline::{Branch, Timeline};
 use crate::session::undo::{Step, Undo};
 use crate::session::workspace::Workspace;

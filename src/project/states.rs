@@ -12,7 +12,7 @@ use crate::geometry::SamplingOptions;
 use crate::geometry::palette::Colors;
 use crate::inference::{Abstraction, Checkpoint, Figures, Occurrence, Params, Phase, Primitive, UNASSIGNED};
 use crate::session::camera::Camera;
-use crate::session::keeping::Summary;
+use crate::session::saving::Summary;
 use crate::session::timeline::Origin;
 use crate::session::view::View;
 use crate::worker::{Cause, Pace, Snapshot};

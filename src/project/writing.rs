@@ -13,7 +13,7 @@ use super::raw::Raw;
 use super::shapes::{CloudEntry, LoadedEntry, ShapeEntry};
 use super::states::{BranchEntry, DocumentEntry, HeadEntry, StateEntry};
 use crate::session::document::Document;
-use crate::session::keeping::Summary;
+use crate::session::saving::Summary;
 use crate::session::timeline::Branch;
 use crate::session::undo::Step;
 use crate::session::workspace::Workspace;

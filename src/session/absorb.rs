@@ -39,8 +39,8 @@ impl Session {
                     return renewal;
                 }
             }
-            Event::Renewing(setup) => self.live.begin(setup),
-            Event::Renewed(renewed) => self.absorb_renewed(&renewed),
+            Event::LiveStarted(setup) => self.live.begin(setup),
+            Event::LiveFinished(renewed) => self.absorb_renewed(&renewed),
             Event::MergeStep(Some(report)) => {
                 let (a, b) = report.merged;
                 let gone = if a == report.into { b } else { a };

@@ -13,7 +13,7 @@ impl Session {
         let loaded = self.loaded.is_some();
         // What is asked for while a run is made anew waits for its result, which
         // takes a blink: the buttons don't.
-        let idle = matches!(self.activity, Activity::Idle | Activity::Renewing);
+        let idle = matches!(self.activity, Activity::Idle | Activity::LiveRun);
         let is_sampler = self.algorithm() == Algorithm::Sampler;
         let can_edit = self.can_edit();
         match verb {
@@ -27,7 +27,7 @@ impl Session {
             Verb::CopyPrimitives | Verb::CopyCsv => !self.primitives().is_empty(),
             Verb::PastePrimitives | Verb::TakeFrom => can_edit,
             Verb::SaveSession | Verb::SaveSessionAs => loaded,
-            Verb::ReopenLast => self.keeping.has_last(),
+            Verb::ReopenLast => self.saving.has_last(),
             Verb::Run => loaded && idle,
             Verb::Pause => self.is_running() || self.activity == Activity::Loading,
             Verb::StepIteration => loaded && idle && self.phase() != Some(Phase::Finished),

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::{Effect, Session, Verb};
 use crate::geometry::palette::Colors;
 use crate::inference::{Abstraction, Params, Phase, UNASSIGNED};
-use crate::worker::{Activity, Command, Renewed, SamplingOptions, Setup};
+use crate::worker::{Activity, Command, LiveResult, SamplingOptions, Setup};
 
 /// State of live updates.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -147,7 +147,7 @@ impl Session {
             self.live.under_way = Some(setup);
         }
         if !self.is_running() || is_watched {
-            self.activity = Activity::Renewing;
+            self.activity = Activity::LiveRun;
         }
         effects.push(Effect::Send(Command::Renew { setup, at_once: hand_rests || is_watched }));
         effects
@@ -156,7 +156,7 @@ impl Session {
     /// Shows the finished run; camera and view stay, and what is selected or
     /// Shows the finished run. Camera and view are kept, and so are the
     /// selection and hidden primitives where they can be matched.
-    pub(super) fn absorb_renewed(&mut self, renewed: &Renewed) {
+    pub(super) fn absorb_renewed(&mut self, renewed: &LiveResult) {
         let Some(last) = renewed.states.last() else { return };
         let is_same_cloud = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(l, &renewed.loaded));
         if !is_same_cloud {
@@ -222,7 +222,7 @@ fn heirs(before: &Abstraction, after: &Abstraction) -> BTreeMap<u32, u32> {
 
 /// Colours for a run that replaces another. A primitive keeps the colour of the
 /// earlier one with which it mutually shares most points.
-fn inherited(before: &Abstraction, colors: &Colors, renewed: &Renewed) -> Colors {
+fn inherited(before: &Abstraction, colors: &Colors, renewed: &LiveResult) -> Colors {
     let Some(last) = renewed.states.last() else { return Colors::default() };
     let (heirs, origins) = (heirs(before, &last.abstraction), self::heirs(&last.abstraction, before));
     let kept = heirs

@@ -24,12 +24,11 @@ pub mod comparison;
 pub mod curves;
 pub mod document;
 mod edited;
+mod editing;
 mod enabled;
 pub mod estimates;
 mod export;
 pub mod gizmo;
-mod hand;
-pub mod keeping;
 pub mod live;
 pub mod merge_wording;
 mod merging;
@@ -38,6 +37,7 @@ pub mod naming;
 pub mod playback;
 pub mod preferences;
 mod reasons;
+pub mod saving;
 pub mod scalar;
 pub mod scene;
 pub mod seeds;
@@ -60,11 +60,11 @@ use curves::Curves;
 use document::Document;
 use estimates::Estimates;
 pub use export::ExportChoice;
-use keeping::{Keeping, Opening};
 use live::Live;
 use merging::Decision;
 use messages::Messages;
 use playback::Playback;
+use saving::{Opening, Saving};
 use scene::{SceneFromInput, UpAxis};
 use seeds::Seeds;
 use shaping::Shaping;
@@ -134,7 +134,7 @@ pub struct Session {
     pub pace: Pace,
     pub live: Live,
     pub activity: Activity,
-    pub keeping: Keeping,
+    pub saving: Saving,
     /// File and shape of the last export.
     exported: Option<(PathBuf, Weak<Shape>)>,
     pub view: View,
@@ -205,7 +205,7 @@ impl Session {
             pace: DEFAULT_PACE,
             live: Live::default(),
             activity: Activity::Idle,
-            keeping: Keeping::default(),
+            saving: Saving::default(),
             exported: None,
             view: View::default(),
             window: Window::default(),

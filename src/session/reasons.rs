@@ -46,7 +46,7 @@ impl Session {
                 | Verb::ShowSeeds
                 | Verb::ShowOdds
         );
-        let is_busy = !matches!(self.activity, Activity::Idle | Activity::Renewing);
+        let is_busy = !matches!(self.activity, Activity::Idle | Activity::LiveRun);
         Some(match verb {
             Verb::Pause => "Nothing is running",
             Verb::Deselect if self.proposal.is_some() => "Accept or skip the proposed merge first",

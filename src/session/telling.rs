@@ -3,8 +3,8 @@
 
 use std::path::{Path, PathBuf};
 
-use super::keeping::{Opening, Parting};
 use super::messages::{Level, Message};
+use super::saving::{Opening, Parting};
 use super::window::Window;
 use super::{Action, Effect, Session, Verb};
 use crate::inference::Occurrence;

@@ -3,7 +3,7 @@ use std::time::Duration;
 
 use nalgebra::Point3;
 
-use super::keeping::KeepingEvent;
+use super::saving::KeepingEvent;
 use super::workspace::Workspace;
 use super::*;
 use crate::geometry::{SampleCloud, Superquadric};
@@ -12,7 +12,7 @@ use crate::inference::{Abstraction, Figures, MergeReason, MergeReport, Method, O
 use crate::io::{Attributes, Format, PointCloud, Shape, ShapeGeometry};
 use crate::worker::{Cause, Event, Helper};
 
-mod hand;
+mod editing;
 mod in_logs;
 mod live;
 mod naming;
@@ -59,7 +59,7 @@ fn snapshot(ids: &[u32], phase: Phase, iteration: u32, occurrences: Vec<Occurren
         pinned: Vec::new(),
         next_id: 0,
         next_revision: 0,
-        work: crate::inference::runs::checkpoint::Work::Sampler,
+        work: crate::inference::runs::checkpoint::Remaining::Sampler,
     });
     Event::Snapshot(Arc::new(Snapshot {
         key: Snapshot::new_key(),
@@ -93,7 +93,7 @@ fn merged(a: u32, b: u32) -> MergeReport {
 fn no_two_enabled_verbs_share_a_shortcut() {
     let mut states = vec![Session::new(Params::default(), SamplingOptions::default()), session()];
     for activity in
-        [Activity::Loading, Activity::Running, Activity::Merging, Activity::Renewing, Activity::Writing]
+        [Activity::Loading, Activity::Running, Activity::Merging, Activity::LiveRun, Activity::Writing]
     {
         let mut busy = session();
         busy.selection.insert(1);

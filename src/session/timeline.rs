@@ -48,8 +48,8 @@ impl fmt::Debug for Branch {
 
 impl Branch {
     /// Whether it contains manual edits, which no run would repeat.
-    pub fn is_by_hand(&self) -> bool {
-        self.states.iter().any(|s| s.cause.is_by_hand())
+    pub fn is_manual(&self) -> bool {
+        self.states.iter().any(|s| s.cause.is_manual())
     }
 
     fn is_same(&self, other: &Self) -> bool {
@@ -171,7 +171,7 @@ impl Timeline {
     /// begins.
     pub(super) fn start(&mut self, loaded: &Arc<LoadedShape>, first: Arc<Snapshot>, colors: Arc<Colors>) {
         let is_free = self.current().is_some_and(|branch| {
-            !branch.is_by_hand()
+            !branch.is_manual()
                 && !self.branches.iter().any(|b| b.origin.is_some_and(|o| o.branch == branch.id))
         });
         if is_free && let Some(branch) = self.branches.get_mut(self.current) {

@@ -19,7 +19,7 @@ pub struct Workspace {
 }
 
 impl Workspace {
-    /// Whether there is anything worth keeping.
+    /// Whether there is anything worth saving.
     pub fn has_work(&self) -> bool {
         self.document.timeline.branches().iter().any(|branch| branch.states.len() > 1)
             || !self.undo.done().is_empty()

@@ -56,7 +56,7 @@ impl Numbers {
 
 /// What the colours of a view show.
 #[derive(Debug, Clone, Default)]
-pub(super) enum Told {
+pub(super) enum ViewValues {
     /// No values.
     #[default]
     Nothing,
@@ -81,13 +81,13 @@ pub(super) struct Coloring {
 impl Coloring {
     /// What the view's colours show. If it takes long, `window` is redrawn when
     /// it is ready; without a window, this call waits.
-    pub(super) fn update(&mut self, view: &SceneView<'_>, window: Option<&Context>) -> Told {
+    pub(super) fn update(&mut self, view: &SceneView<'_>, window: Option<&Context>) -> ViewValues {
         let by = view.view.color_by;
-        let (Some(shape), Some(snapshot)) = (view.loaded, view.snapshot) else { return Told::Nothing };
+        let (Some(shape), Some(snapshot)) = (view.loaded, view.snapshot) else { return ViewValues::Nothing };
         let source = match self.source(by, view, shape, snapshot) {
             Ok(Some(source)) => source,
-            Ok(None) => return Told::Nothing,
-            Err(why) => return Told::Missing(why),
+            Ok(None) => return ViewValues::Nothing,
+            Err(why) => return ViewValues::Missing(why),
         };
         let (state, over) = source.key();
         let key = Key { shape: Arc::clone(shape), by, state, over };
@@ -97,7 +97,7 @@ impl Coloring {
         let found = self.made.get(&key, window.filter(|_| !is_quick), work);
         // The last ones stay, unless they tell of other samples or other things.
         let found = found.filter(|(of, _)| of.by == by && Arc::ptr_eq(&of.shape, &key.shape));
-        let Some((_, numbers)) = found else { return Told::Missing("Computing…") };
+        let Some((_, numbers)) = found else { return ViewValues::Missing("Computing…") };
         let top = view.view.legend_top;
         let is_shown =
             |(of, with, _): &&(Arc<Numbers>, Top, Numbers)| Arc::ptr_eq(of, numbers) && *with == top;
@@ -106,7 +106,7 @@ impl Coloring {
             None => numbers.with_top(top),
         };
         self.shown = Some((Arc::clone(numbers), top, shown.clone()));
-        Told::Numbers(shown)
+        ViewValues::Numbers(shown)
     }
 
     /// What the numbers are made from; `None` where colours tell none, an error

@@ -22,7 +22,6 @@ mod figures;
 mod fuzzy;
 mod help;
 mod history;
-mod keeping;
 mod keys;
 mod layout;
 mod log;
@@ -34,6 +33,7 @@ mod pictures;
 mod primitives;
 mod priors;
 mod progress;
+mod saving;
 mod scene;
 mod seeds;
 mod theme;
@@ -211,7 +211,7 @@ impl Interface {
         merging::show(&ctx, session, area.inner, &mut actions);
         self.odds.show(&ctx, session, area.inner, &mut actions);
         self.overlays.show(&ctx, session, area.inner, &mut actions);
-        keeping::show(&ctx, session, &mut actions);
+        saving::show(&ctx, session, &mut actions);
         if let Some(kind) = self.pictures.show(&ctx, area.inner, &mut actions) {
             let purpose = Purpose::Picture(kind, self.pictures.format());
             let name = session.loaded.as_ref().map_or("superform", |l| l.shape.name.as_str());

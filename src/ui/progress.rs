@@ -61,7 +61,7 @@ pub(super) fn status(ui: &mut Ui, session: &Session) {
             Activity::Loading => (palette.accent, "Loading"),
             Activity::Running => (palette.good, "Running"),
             Activity::Merging => (palette.good, "Merging"),
-            Activity::Renewing => (palette.accent, "Updating"),
+            Activity::LiveRun => (palette.accent, "Updating"),
             Activity::Writing => (palette.accent, "Writing"),
             Activity::Idle => match session.phase() {
                 None => (palette.weak, "No shape"),

@@ -6,7 +6,7 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use super::coloring::{Coloring, Numbers, Told};
+use super::coloring::{Coloring, Numbers, ViewValues};
 use crate::geometry::Superquadric;
 use crate::geometry::palette::{Colors, UNASSIGNED_COLOR};
 use crate::inference::Primitive;
@@ -203,10 +203,10 @@ impl Scene {
         let (mut scalar, mut surface_scalar) = (view.scalar.cloned(), view.surface_scalar.cloned());
         if scalar.is_none() && surface_scalar.is_none() {
             match told {
-                Told::Nothing => {}
-                Told::Missing(why) => self.missing = Some(why),
-                Told::Numbers(Numbers::Points(numbers)) => scalar = Some(numbers),
-                Told::Numbers(Numbers::Surfaces(numbers)) => surface_scalar = Some(numbers),
+                ViewValues::Nothing => {}
+                ViewValues::Missing(why) => self.missing = Some(why),
+                ViewValues::Numbers(Numbers::Points(numbers)) => scalar = Some(numbers),
+                ViewValues::Numbers(Numbers::Surfaces(numbers)) => surface_scalar = Some(numbers),
             }
         }
         let same_transform = self.made.transform.as_ref() == Some(view.scene);

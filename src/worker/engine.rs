@@ -6,7 +6,7 @@ use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError};
 use std::time::{Duration, Instant};
 
-use super::machine::Machine;
+use super::machine::Steppable;
 use super::measure::{Measurer, References};
 use super::pacer::Pacer;
 use super::protocol::{
@@ -16,18 +16,18 @@ use super::protocol::{
 use super::seeds::SeedRunner;
 use super::source;
 use super::trouble::{Stop, Trouble, guarded};
-use super::{Told, Wake};
+use super::{NumberedEvent, Wake};
 use crate::inference::{Abstraction, Cancel, Occurrence, Params};
-use renewing::Renewal;
+use live_run::LiveRun;
 
 mod by_hand;
+mod live_run;
 mod loading;
-mod renewing;
 mod stepping;
 
 /// A command with the flag that stops it.
 #[derive(Debug)]
-pub(super) struct Order {
+pub(super) struct NumberedCommand {
     pub(super) command: Command,
     pub(super) cancel: Cancel,
     pub(super) epoch: u64,
@@ -37,7 +37,7 @@ pub(super) struct Order {
 
 /// What the engine does when no order waits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Work {
+enum Goal {
     Nothing,
     Run,
     StepIteration,
@@ -61,8 +61,8 @@ struct Present<M> {
 }
 
 pub(super) struct Engine<M> {
-    orders: Receiver<Order>,
-    events: SyncSender<Told>,
+    orders: Receiver<NumberedCommand>,
+    events: SyncSender<NumberedEvent>,
     wake: Arc<Wake>,
     measurer: Measurer,
     seeds: SeedRunner<M>,
@@ -73,23 +73,27 @@ pub(super) struct Engine<M> {
     asked: u64,
     params: Params,
     pacer: Pacer,
-    work: Work,
+    work: Goal,
     present: Option<Present<M>>,
     /// The run that is to replace the present one; there while `work` is
-    /// [`Work::Renew`].
-    renewal: Option<Renewal<M>>,
+    /// [`Goal::Renew`].
+    renewal: Option<LiveRun<M>>,
     /// What the next renewal is made with.
     next_setup: Option<Setup>,
     /// Renewals have taken so long that this was told.
     renews_slowly: bool,
     /// Orders that wait for the renewal.
-    held: VecDeque<Order>,
+    held: VecDeque<NumberedCommand>,
     generation: u64,
     owner_is_gone: bool,
 }
 
-impl<M: Machine> Engine<M> {
-    pub(super) fn new(orders: Receiver<Order>, events: SyncSender<Told>, wake: Arc<Wake>) -> Self {
+impl<M: Steppable> Engine<M> {
+    pub(super) fn new(
+        orders: Receiver<NumberedCommand>,
+        events: SyncSender<NumberedEvent>,
+        wake: Arc<Wake>,
+    ) -> Self {
         let references = References::default();
         Self {
             orders,
@@ -102,7 +106,7 @@ impl<M: Machine> Engine<M> {
             asked: 0,
             params: Params::default(),
             pacer: Pacer::new(Instant::now()),
-            work: Work::Nothing,
+            work: Goal::Nothing,
             present: None,
             renewal: None,
             next_setup: None,
@@ -133,12 +137,12 @@ impl<M: Machine> Engine<M> {
     }
 
     /// The next order; `None` if it is time for a step instead.
-    fn next_order(&mut self) -> Option<Order> {
+    fn next_order(&mut self) -> Option<NumberedCommand> {
         if let Some(order) = self.next_held_order() {
             return Some(order);
         }
         // A raised flag says that an order is on its way: the step would only be cancelled.
-        if self.work == Work::Nothing || self.cancel.is_requested() {
+        if self.work == Goal::Nothing || self.cancel.is_requested() {
             let order = self.orders.recv().ok();
             self.owner_is_gone = order.is_none();
             return order;
@@ -166,7 +170,7 @@ impl<M: Machine> Engine<M> {
     }
 
     /// The next order that has waited long enough and was not interrupted.
-    fn next_held_order(&mut self) -> Option<Order> {
+    fn next_held_order(&mut self) -> Option<NumberedCommand> {
         if self.renewal.is_some() {
             return None;
         }
@@ -229,23 +233,23 @@ impl<M: Machine> Engine<M> {
                     |p: &Present<M>| p.machine.is_finished() || p.machine.params().algorithm != algorithm;
                 // A run that can't start anew stays as it is, and says why.
                 let ready = !self.present.as_ref().is_some_and(is_over) || self.restart();
-                self.begin(if ready { Work::Run } else { Work::Nothing });
+                self.begin(if ready { Goal::Run } else { Goal::Nothing });
             }
             Command::Pause => {
                 self.drop_renewal();
-                self.work = Work::Nothing;
+                self.work = Goal::Nothing;
             }
-            Command::StepIteration => self.begin(Work::StepIteration),
-            Command::MergeAll => self.begin(Work::MergeAll),
+            Command::StepIteration => self.begin(Goal::StepIteration),
+            Command::MergeAll => self.begin(Goal::MergeAll),
             Command::Resume(state) => {
                 self.drop_renewal();
-                self.work = Work::Nothing;
+                self.work = Goal::Nothing;
                 self.resume(&state);
             }
             Command::Edit(edit) => self.edit(&edit),
             Command::Extend(iterations) => {
                 let ready = self.extend(iterations);
-                self.begin(if ready { Work::Run } else { Work::Nothing });
+                self.begin(if ready { Goal::Run } else { Goal::Nothing });
             }
             Command::ProposeMerge { of, skipped } => self.propose_merge(of, &skipped),
         }
@@ -269,7 +273,7 @@ impl<M: Machine> Engine<M> {
         true
     }
 
-    fn begin(&mut self, work: Work) {
+    fn begin(&mut self, work: Goal) {
         if self.present.is_none() {
             self.fail("Nothing to run", "no shape is loaded; open one first");
             return;
@@ -279,9 +283,9 @@ impl<M: Machine> Engine<M> {
     }
 
     /// Lays the work down for another activity; what it was.
-    fn halt(&mut self, activity: Activity) -> Work {
+    fn halt(&mut self, activity: Activity) -> Goal {
         self.emit(Event::Activity(activity));
-        std::mem::replace(&mut self.work, Work::Nothing)
+        std::mem::replace(&mut self.work, Goal::Nothing)
     }
 
     fn export(&mut self, request: &ExportRequest) {
@@ -333,15 +337,15 @@ impl<M: Machine> Engine<M> {
 
     /// Says what the engine is about to do.
     fn announce(&mut self) {
-        if self.work == Work::Nothing {
+        if self.work == Goal::Nothing {
             self.measure_present();
         }
         self.emit(Event::Activity(match self.work {
-            Work::Nothing => Activity::Idle,
-            Work::Run | Work::StepIteration => Activity::Running,
-            Work::MergeAll => Activity::Merging,
-            Work::Renew | Work::Linger if self.renews_slowly => Activity::Running,
-            Work::Renew | Work::Linger => Activity::Renewing,
+            Goal::Nothing => Activity::Idle,
+            Goal::Run | Goal::StepIteration => Activity::Running,
+            Goal::MergeAll => Activity::Merging,
+            Goal::Renew | Goal::Linger if self.renews_slowly => Activity::Running,
+            Goal::Renew | Goal::Linger => Activity::LiveRun,
         }));
     }
 

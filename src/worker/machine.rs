@@ -11,7 +11,7 @@ use crate::inference::{
 };
 
 /// A run as a machine of steps; a clone is a checkpoint.
-pub(crate) trait Machine: Clone + Send + 'static {
+pub(crate) trait Steppable: Clone + Send + 'static {
     fn start(cloud: Arc<SampleCloud>, params: Params, cancel: &Cancel) -> Result<Self, InferenceError>;
     /// A start on the same cloud.
     fn restarted(&self, params: Params, cancel: &Cancel) -> Result<Self, InferenceError>;
@@ -42,7 +42,7 @@ pub(crate) trait Machine: Clone + Send + 'static {
     fn abstraction(&self) -> Abstraction;
 }
 
-impl Machine for Run {
+impl Steppable for Run {
     fn start(cloud: Arc<SampleCloud>, params: Params, cancel: &Cancel) -> Result<Self, InferenceError> {
         Self::new(cloud, params, cancel)
     }

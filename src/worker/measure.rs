@@ -9,7 +9,7 @@ use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
 use super::protocol::{Event, Helper, Measurement, Snapshot, State};
 use super::source;
-use super::{Told, Wake};
+use super::{NumberedEvent, Wake};
 use crate::geometry::Superquadric;
 use crate::geometry::metrics::{Metrics, Reference, estimate_chamfer, evaluate};
 use crate::io::{Shape, caught};
@@ -77,7 +77,7 @@ pub(super) struct Measurer {
 
 impl Measurer {
     /// Results go out as events.
-    pub(super) fn spawn(events: SyncSender<Told>, wake: &Arc<Wake>, references: References) -> Self {
+    pub(super) fn spawn(events: SyncSender<NumberedEvent>, wake: &Arc<Wake>, references: References) -> Self {
         let (jobs, incoming) = channel();
         let wake = Arc::downgrade(wake);
         let started = Pools::new().map_err(|e| e.to_string()).and_then(|pools| {
@@ -133,7 +133,12 @@ impl Pools {
 
 /// Does the work of a thread, which ends when one of the two ends is gone. A
 /// fault that nothing else has caught is told, and the work begun again.
-pub(super) fn again_after_faults(who: Helper, events: &SyncSender<Told>, wake: &Weak<Wake>, work: impl Fn()) {
+pub(super) fn again_after_faults(
+    who: Helper,
+    events: &SyncSender<NumberedEvent>,
+    wake: &Weak<Wake>,
+    work: impl Fn(),
+) {
     while let Err(error) = caught(&work) {
         let Some(wake) = wake.upgrade() else { return };
         if events.send((0, Event::Ended { who, error })).is_err() {
@@ -147,7 +152,7 @@ pub(super) fn again_after_faults(who: Helper, events: &SyncSender<Told>, wake: &
 fn work(
     jobs: &Receiver<Job>,
     pools: &Pools,
-    events: &SyncSender<Told>,
+    events: &SyncSender<NumberedEvent>,
     wake: &Weak<Wake>,
     references: &References,
 ) {

@@ -26,11 +26,11 @@ mod source;
 mod tests;
 mod trouble;
 
-use engine::{Engine, Order};
-use machine::Machine;
+use engine::{Engine, NumberedCommand};
+use machine::Steppable;
 pub(crate) use outbox::Outbox;
 pub use protocol::{
-    Activity, Cause, Command, Event, ExportRequest, Helper, LoadedShape, Measurement, Pace, Renewed,
+    Activity, Cause, Command, Event, ExportRequest, Helper, LiveResult, LoadedShape, Measurement, Pace,
     SamplingOptions, SeedNews, SeedRequest, SeedRun, Setup, Snapshot, Source, State,
 };
 pub use trouble::FAULT;
@@ -42,7 +42,7 @@ const EVENT_CAPACITY: usize = 32;
 
 /// An event with the number of what it tells of: an activity, of the last
 /// question that it answers; anything else, of its epoch.
-type Told = (u64, Event);
+type NumberedEvent = (u64, Event);
 
 /// Called after each event.
 type Wake = dyn Fn() + Send + Sync;
@@ -51,9 +51,9 @@ type Wake = dyn Fn() + Send + Sync;
 /// going on, stops the thread and waits for it. Should the thread end before, in
 /// a panic that nothing has caught, another takes its place: [`Event::Ended`].
 pub struct Worker {
-    orders: Outbox<Order>,
+    orders: Outbox<NumberedCommand>,
     /// `None` only while dropping.
-    events: Option<Receiver<Told>>,
+    events: Option<Receiver<NumberedEvent>>,
     /// What was found out here, and is told before what the thread tells.
     early: VecDeque<Event>,
     start: Box<Start>,
@@ -76,11 +76,11 @@ impl std::fmt::Debug for Worker {
 }
 
 /// The two ends of a thread that was started, and the thread.
-type Started = (SyncSender<Order>, Receiver<Told>, JoinHandle<()>);
+type Started = (SyncSender<NumberedCommand>, Receiver<NumberedEvent>, JoinHandle<()>);
 type Start = dyn Fn() -> std::io::Result<Started> + Send;
 
 /// Starts a thread, which tells its end if that is a panic.
-fn start<M: Machine>(wake: Arc<Wake>) -> std::io::Result<Started> {
+fn start<M: Steppable>(wake: Arc<Wake>) -> std::io::Result<Started> {
     let (orders, incoming) = mpsc::sync_channel(COMMAND_CAPACITY);
     let (outgoing, events) = mpsc::sync_channel(EVENT_CAPACITY);
     let thread = std::thread::Builder::new().name("sampler".to_owned()).spawn(move || {
@@ -112,7 +112,7 @@ impl Worker {
         Self::spawn_machine::<Run>(wake)
     }
 
-    fn spawn_machine<M: Machine>(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
+    fn spawn_machine<M: Steppable>(wake: impl Fn() + Send + Sync + 'static) -> std::io::Result<Self> {
         let wake: Arc<Wake> = Arc::new(wake);
         let start: Box<Start> = Box::new(move || start::<M>(Arc::clone(&wake)));
         let (orders, events, thread) = start()?;
@@ -143,12 +143,12 @@ impl Worker {
             self.asked += 1;
         }
         // A slider that is dragged while the worker is busy leaves one command, not hundreds.
-        if let Some(Order { command: waiting, .. }) = self.orders.waiting().back()
+        if let Some(NumberedCommand { command: waiting, .. }) = self.orders.waiting().back()
             && command.replaces(waiting)
         {
             self.orders.waiting().pop_back();
         }
-        self.orders.push(Order {
+        self.orders.push(NumberedCommand {
             command,
             cancel: self.cancel.clone(),
             epoch: self.epoch,
@@ -161,7 +161,7 @@ impl Worker {
     /// a worker calls this whenever `wake` was called.
     pub fn try_events(&mut self) -> impl Iterator<Item = Event> + use<> {
         self.flush();
-        let told: Vec<Told> = self.events.iter().flat_map(Receiver::try_iter).collect();
+        let told: Vec<NumberedEvent> = self.events.iter().flat_map(Receiver::try_iter).collect();
         let mut events: Vec<Event> = self.early.drain(..).collect();
         events.extend(told.into_iter().filter_map(|told| self.hear(told)));
         events.into_iter()
@@ -186,7 +186,7 @@ impl Worker {
     fn flush(&mut self) {
         if !self.orders.flush() {
             // The end of the thread may be on its way, with more to say.
-            let told: Vec<Told> = self.events.iter().flat_map(Receiver::try_iter).collect();
+            let told: Vec<NumberedEvent> = self.events.iter().flat_map(Receiver::try_iter).collect();
             let heard: Vec<Event> = told.into_iter().filter_map(|told| self.hear(told)).collect();
             if !heard.iter().any(|event| matches!(event, Event::Ended { who: Helper::Sampler, .. })) {
                 self.take_over();
@@ -200,7 +200,7 @@ impl Worker {
     /// The event, unless it tells of a state that was given up since, or of an
     /// activity that an answer yet to come will correct: a run that ended while
     /// another shape was asked for would pass for the end of loading that.
-    fn hear(&mut self, (of, event): Told) -> Option<Event> {
+    fn hear(&mut self, (of, event): NumberedEvent) -> Option<Event> {
         if matches!(event, Event::Ended { who: Helper::Sampler, .. }) {
             self.take_over();
         }

@@ -36,7 +36,7 @@ pub enum Command {
     /// Use these parameters from the next step on.
     SetParams(Params),
     /// Make the whole run anew with this setup, as fast as it goes and out of
-    /// sight: the present state stays until [`Event::Renewed`] replaces it by
+    /// sight: the present state stays until [`Event::LiveFinished`] replaces it by
     /// the finished one. Of the renewals that wait only the latest is made. The
     /// one under way comes first, unless this one is to be made `at_once`: then
     /// it is cancelled. Commands that need a state at rest wait for the renewal.
@@ -179,7 +179,7 @@ pub struct Setup {
 }
 
 /// A finished run that takes the place of the present one.
-pub struct Renewed {
+pub struct LiveResult {
     pub setup: Setup,
     /// What the states belong to; the same as before where it was not sampled
     /// anew.
@@ -188,7 +188,7 @@ pub struct Renewed {
     pub states: Vec<Arc<Snapshot>>,
 }
 
-impl fmt::Debug for Renewed {
+impl fmt::Debug for LiveResult {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.debug_struct("Renewed")
             .field("setup", &self.setup)
@@ -261,7 +261,7 @@ pub enum Cause {
 
 impl Cause {
     /// Whether a person did it, and no run would do it again.
-    pub fn is_by_hand(self) -> bool {
+    pub fn is_manual(self) -> bool {
         matches!(self, Self::Merge | Self::Edit)
     }
 }
@@ -400,7 +400,7 @@ pub enum Activity {
     Merging,
     /// Making the run anew while the last result stands; told as `Running`
     /// where it takes so long that a person may want to stop it.
-    Renewing,
+    LiveRun,
     Writing,
 }
 
@@ -411,9 +411,9 @@ pub enum Event {
     Snapshot(Arc<Snapshot>),
     Activity(Activity),
     /// A renewal has begun.
-    Renewing(Setup),
+    LiveStarted(Setup),
     /// A renewal was finished and is now the present run.
-    Renewed(Arc<Renewed>),
+    LiveFinished(Arc<LiveResult>),
     /// A step of `MergeAll`, told after its snapshot: the accepted pair, or
     /// `None` if no pair is left, with which it ends.
     MergeStep(Option<MergeReport>),
@@ -473,8 +473,8 @@ impl Event {
         match self {
             Self::Loaded(_)
             | Self::Snapshot(_)
-            | Self::Renewing(_)
-            | Self::Renewed(_)
+            | Self::LiveStarted(_)
+            | Self::LiveFinished(_)
             | Self::MergeStep(_)
             | Self::Proposed(_) => true,
             // Has a number of its own.

@@ -7,11 +7,11 @@ use std::time::{Duration, Instant};
 
 use rayon::ThreadPool;
 
-use super::machine::Machine;
+use super::machine::Steppable;
 use super::measure::{References, again_after_faults, measured};
 use super::protocol::{Cause, Event, Helper, Measurement, SeedNews, SeedRequest, SeedRun, Snapshot, State};
 use super::trouble::{Stop, Trouble, guarded};
-use super::{Told, Wake};
+use super::{NumberedEvent, Wake};
 use crate::geometry::palette::Colors;
 use crate::inference::{Abstraction, Cancel, Occurrence, Params, align_labels};
 
@@ -36,9 +36,9 @@ pub(super) struct SeedRunner<M> {
     cancel: Cancel,
 }
 
-impl<M: Machine> SeedRunner<M> {
+impl<M: Steppable> SeedRunner<M> {
     /// Results go out as events.
-    pub(super) fn spawn(events: SyncSender<Told>, wake: &Arc<Wake>, references: References) -> Self {
+    pub(super) fn spawn(events: SyncSender<NumberedEvent>, wake: &Arc<Wake>, references: References) -> Self {
         // Half of the cores are left to the window and the run.
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let (jobs, incoming) = channel();
@@ -52,7 +52,7 @@ impl<M: Machine> SeedRunner<M> {
                 std::thread::Builder::new()
                     .name("seeds".to_owned())
                     .spawn(move || {
-                        let work = Work { pool, events, wake, references };
+                        let work = SeedWork { pool, events, wake, references };
                         again_after_faults(Helper::Seeds, &work.events, &work.wake, || work.run(&incoming));
                     })
                     .map_err(|e| e.to_string())
@@ -81,16 +81,16 @@ impl<M> Drop for SeedRunner<M> {
 struct Gone;
 
 /// What the thread works with.
-struct Work {
+struct SeedWork {
     pool: ThreadPool,
-    events: SyncSender<Told>,
+    events: SyncSender<NumberedEvent>,
     wake: Weak<Wake>,
     references: References,
 }
 
-impl Work {
+impl SeedWork {
     /// Answers requests until one of the two ends is gone.
-    fn run<M: Machine>(&self, jobs: &Receiver<Job<M>>) {
+    fn run<M: Steppable>(&self, jobs: &Receiver<Job<M>>) {
         while let Ok(job) = jobs.recv() {
             let job = jobs.try_iter().last().unwrap_or(job);
             if self.answer(job).is_err() {
@@ -108,7 +108,7 @@ impl Work {
         Ok(())
     }
 
-    fn answer<M: Machine>(&self, Job { request, like }: Job<M>) -> Result<(), Gone> {
+    fn answer<M: Steppable>(&self, Job { request, like }: Job<M>) -> Result<(), Gone> {
         let State { loaded, snapshot } = &request.state;
         let base = self.guarded(|| {
             match like {
@@ -138,7 +138,7 @@ impl Work {
     }
 
     /// Makes the run with one seed, and tells it.
-    fn make<M: Machine>(
+    fn make<M: Steppable>(
         &self,
         request: &SeedRequest,
         base: &M,
@@ -214,7 +214,7 @@ struct States<'a> {
 }
 
 impl<'a> States<'a> {
-    fn new(request: &'a SeedRequest, params: Params, first: Abstraction, machine: &impl Machine) -> Self {
+    fn new(request: &'a SeedRequest, params: Params, first: Abstraction, machine: &impl Steppable) -> Self {
         let labels = first.labels.len() * (params.iterations as usize + 1);
         let mut new = Self {
             request,
@@ -230,7 +230,7 @@ impl<'a> States<'a> {
     fn keep(
         &mut self,
         abstraction: Abstraction,
-        machine: &impl Machine,
+        machine: &impl Steppable,
         cause: Cause,
         occurrences: Vec<Occurrence>,
         took: Duration,

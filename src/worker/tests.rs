@@ -7,7 +7,7 @@ use std::time::{Duration, Instant};
 
 use nalgebra::{Point3, Vector3};
 
-use super::machine::Machine;
+use super::machine::Steppable;
 use super::*;
 use crate::geometry::{Bulk, SampleCloud, Superquadric};
 use crate::inference::{
@@ -16,7 +16,7 @@ use crate::inference::{
 };
 
 mod ending;
-mod renewing;
+mod live_run;
 
 /// Longer than anything here takes; reached only by a failing test.
 const PATIENCE: Duration = Duration::from_secs(300);
@@ -57,7 +57,7 @@ fn ball(points: &[Point3<f64>]) -> Superquadric {
     Superquadric::sphere(center, spread.sqrt().max(1.0))
 }
 
-impl Machine for Scripted {
+impl Steppable for Scripted {
     fn start(cloud: Arc<SampleCloud>, params: Params, _: &Cancel) -> Result<Self, InferenceError> {
         Ok(Self { points: cloud.points.len(), ball: ball(&cloud.points), params, iteration: 0, merges: 0 })
     }
@@ -86,7 +86,7 @@ impl Machine for Scripted {
             pinned: Vec::new(),
             next_id: self.merges,
             next_revision: 0,
-            work: crate::inference::runs::checkpoint::Work::Sampler,
+            work: crate::inference::runs::checkpoint::Remaining::Sampler,
         }
     }
     /// Any edit is one more merge; that of primitive 0 is refused.

@@ -13,7 +13,7 @@ use superform::geometry::SamplingOptions;
 use superform::inference::{Algorithm, Cancel, Params, Run};
 use superform::io;
 use superform::project::{self, OpenError, Opened};
-use superform::session::keeping::{KeepingEvent, Opening};
+use superform::session::saving::{KeepingEvent, Opening};
 use superform::session::timeline::{Origin, Timeline};
 use superform::session::workspace::Workspace;
 use superform::session::{Action, Session, Verb};

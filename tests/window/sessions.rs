@@ -16,7 +16,7 @@ fn kept_in(folder: &Path, source: Source) -> Options {
     Options { state_folder: Some(folder.to_owned()), ..options(source) }
 }
 
-/// Takes in what the keeper tells until the session is as wished.
+/// Takes in what the autosave tells until the session is as wished.
 fn until_kept(driver: &mut Driver, wish: impl Fn(&Session) -> bool) {
     let ctx = driver.harness.ctx.clone();
     while !wish(driver.session()) {
@@ -150,7 +150,7 @@ fn what_a_crash_left_behind_is_offered_and_recovered() {
     drop(driver);
 
     let mut driver = Driver::start(kept_in(folder.path(), Source::BuiltIn), SIZE);
-    until_kept(&mut driver, |s| !s.keeping.found().is_empty());
+    until_kept(&mut driver, |s| !s.saving.found().is_empty());
     assert!(driver.shows("built-in chair, iteration"));
     driver.press("Later");
     assert!(!driver.has_button("Recover"));
@@ -158,13 +158,13 @@ fn what_a_crash_left_behind_is_offered_and_recovered() {
     drop(driver);
 
     let mut driver = Driver::start(kept_in(folder.path(), Source::BuiltIn), SIZE);
-    until_kept(&mut driver, |s| s.keeping.found().len() == 2);
-    let before = driver.session().keeping.found().to_vec();
+    until_kept(&mut driver, |s| s.saving.found().len() == 2);
+    let before = driver.session().saving.found().to_vec();
     let edited = before.iter().position(|f| f.summary.steps > 1).unwrap();
     let recover = driver.harness.query_all_by_label("Recover").nth(edited).unwrap();
     recover.click();
     driver.harness.run_steps(2);
-    until_kept(&mut driver, |s| s.keeping.found().len() == 1);
+    until_kept(&mut driver, |s| s.saving.found().len() == 1);
     assert_eq!(driver.session().primitives().len(), left);
     assert!(driver.session().is_enabled(Verb::Undo) && has_mark(&driver), "it is in no file yet");
     driver.press("Discard");
@@ -175,11 +175,11 @@ fn what_a_crash_left_behind_is_offered_and_recovered() {
     drop(driver);
 
     let mut driver = Driver::start(kept_in(folder.path(), Source::BuiltIn), SIZE);
-    until_kept(&mut driver, |s| s.keeping.has_last());
+    until_kept(&mut driver, |s| s.saving.has_last());
     driver.press("File");
     driver.press("Reopen last session");
     until_kept(&mut driver, |s| s.primitives().len() == left);
-    assert!(driver.session().keeping.found().is_empty());
+    assert!(driver.session().saving.found().is_empty());
 }
 
 #[test]
@@ -196,6 +196,6 @@ fn unsaved_work_is_asked_about_where_nothing_keeps_it() {
     driver.type_path(folder.path().join("kept.superform").to_str().unwrap());
     driver.press("Save");
     until_kept(&mut driver, |s| s.session_file().is_some());
-    assert!(driver.session().keeping.parting().is_none(), "it went on to quit");
+    assert!(driver.session().saving.parting().is_none(), "it went on to quit");
     assert!(folder.path().join("kept.superform").is_file());
 }

@@ -5,8 +5,8 @@ use std::fs;
 use std::io::Read as _;
 use std::path::{Path, PathBuf};
 
-use super::desk::RECORD_FILE;
 use super::rows::is_table;
+use super::staging::RECORD_FILE;
 use crate::cli::patterns::{is_pattern, matches};
 use crate::io;
 

@@ -7,8 +7,8 @@ use std::process::ExitCode;
 
 use anyhow::{Context, bail};
 
-use super::desk::{Desk, RECORD_FILE, finished};
 use super::rows::{self, Place, Row, Status, all_tables, read};
+use super::staging::{RECORD_FILE, StagingFolder, finished};
 use super::sweep::Part;
 use super::tally::Tally;
 use crate::cli::interrupt::{INTERRUPTED, cancel_on_interrupt};
@@ -65,8 +65,8 @@ impl MergeJob {
         }
         let mut rows: Vec<Row> = rows.into_values().collect();
         rows.sort_by(|a, b| (a.job, &a.name).cmp(&(b.job, &b.name)));
-        let Some(desk) = Desk::take(&self.folder, &name, cancel)? else { return Ok(None) };
-        let table = Place::new(&self.folder, &name, desk.folder()).write(&rows)?;
+        let Some(staging) = StagingFolder::take(&self.folder, &name, cancel)? else { return Ok(None) };
+        let table = Place::new(&self.folder, &name, staging.folder()).write(&rows)?;
         Ok(Some((Tally::of(&rows), table)))
     }
 }

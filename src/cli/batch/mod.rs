@@ -4,7 +4,6 @@
 //! interrupted batch therefore resumes where it stopped: finished jobs are skipped, and incomplete
 //! output never counts as finished. The tables are built from the records.
 
-mod desk;
 pub(super) mod fingerprint;
 mod inputs;
 mod job;
@@ -14,6 +13,7 @@ mod names;
 mod plan;
 mod progress;
 mod rows;
+mod staging;
 mod sweep;
 mod tally;
 mod work;

@@ -147,13 +147,13 @@ pub(super) struct Tables {
 pub(super) struct Place {
     csv: PathBuf,
     json_lines: PathBuf,
-    desk: PathBuf,
+    staging: PathBuf,
 }
 
 impl Place {
-    pub(super) fn new(folder: &Path, table: &str, desk: &Path) -> Self {
+    pub(super) fn new(folder: &Path, table: &str, staging: &Path) -> Self {
         let [csv, json_lines] = paths(folder, table);
-        Self { csv, json_lines, desk: desk.to_owned() }
+        Self { csv, json_lines, staging: staging.to_owned() }
     }
 
     /// Writes both tables; returns the path of the CSV file.
@@ -163,8 +163,8 @@ impl Place {
             lines.extend(json_line(row)?);
         }
         for (path, content) in [(&self.csv, csv_lines(rows, true)?), (&self.json_lines, lines)] {
-            // Made on the desk: there nothing stays if this is killed.
-            let made = self.desk.join(path.file_name().unwrap_or(path.as_os_str()));
+            // Made on the staging: there nothing stays if this is killed.
+            let made = self.staging.join(path.file_name().unwrap_or(path.as_os_str()));
             io::write_whole(&made, &content)?;
             io::move_whole(&made, path)?;
         }

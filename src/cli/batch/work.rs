@@ -7,11 +7,11 @@ use std::time::Instant;
 
 use anyhow::{Context, bail};
 
-use super::desk::{self, Desk, RECORD_FILE, finished};
 use super::fingerprint;
 use super::job::Job;
 use super::progress::{Line, Progress};
 use super::rows::{self, Place, Row, Status, Tables};
+use super::staging::{self, RECORD_FILE, StagingFolder, finished};
 use super::tally::Tally;
 use crate::cli::headless::primitives;
 use crate::cli::interrupt::{INTERRUPTED, cancel_on_interrupt};
@@ -77,7 +77,7 @@ impl BatchJob {
         if self.jobs.is_empty() && !self.quiet {
             say(&format!("nothing to do for this part of the list of {} jobs", self.listed));
         }
-        let Some(desk) = Desk::take(&self.output, &self.table, cancel)? else { return Ok(None) };
+        let Some(staging) = StagingFolder::take(&self.output, &self.table, cancel)? else { return Ok(None) };
 
         let mut inputs = fingerprint::Inputs::default();
         let mut rows: Vec<Option<Row>> = Vec::with_capacity(self.jobs.len());
@@ -89,7 +89,7 @@ impl BatchJob {
         }
         let others = self.others();
         let known: Vec<Row> = rows.iter().flatten().chain(&others).cloned().collect();
-        let mut tables = Tables::start(Place::new(&self.output, &self.table, desk.folder()), &known)?;
+        let mut tables = Tables::start(Place::new(&self.output, &self.table, staging.folder()), &known)?;
         let open: Vec<usize> = (0..rows.len()).filter(|&at| rows[at].is_none()).collect();
         let before = rows.len() - open.len();
         if before > 0 && !self.quiet {
@@ -109,7 +109,7 @@ impl BatchJob {
                 let line = &lines[worker];
                 let job = &self.jobs[open[at]];
                 line.begin(&job.name);
-                let row = one(job, &self.exports, &desk, cancel, line);
+                let row = one(job, &self.exports, &staging, cancel, line);
                 line.end();
                 row
             },
@@ -157,7 +157,7 @@ impl BatchJob {
             if folder.is_dir() {
                 inputs.check(io::run_outputs(&folder, &self.exports))?;
                 // What an earlier job has left there is cleared away.
-                inputs.check(desk::made_before(&folder))?;
+                inputs.check(staging::made_before(&folder))?;
             }
         }
         Ok(())
@@ -185,9 +185,15 @@ impl BatchJob {
 }
 
 /// Runs one job; its files are in place on return.
-fn one(job: &Job, exports: &[String], desk: &Desk, cancel: &Cancel, line: &Line) -> anyhow::Result<Row> {
+fn one(
+    job: &Job,
+    exports: &[String],
+    staging: &StagingFolder,
+    cancel: &Cancel,
+    line: &Line,
+) -> anyhow::Result<Row> {
     let start = Instant::now();
-    let place = desk.place(job.number).with_context(|| format!("cannot create files for {}", job.name))?;
+    let place = staging.place(job.number).with_context(|| format!("cannot create files for {}", job.name))?;
     // Before it is read: if it changes in between, the next batch sees that.
     let content = fingerprint::content(&job.input);
     let finished =
@@ -196,8 +202,8 @@ fn one(job: &Job, exports: &[String], desk: &Desk, cancel: &Cancel, line: &Line)
         })?;
     let content = content.with_context(|| format!("cannot read {}", job.input.display()))?;
     let made_from = fingerprint::of_job(&content, &job.sampling, &job.params, exports)?;
-    let written = finished.write(&place, &desk.target(&job.name), exports)?;
+    let written = finished.write(&place, &staging.target(&job.name), exports)?;
     let row = Row::ok(job, &finished, &written.notes, start.elapsed().as_secs_f64());
-    desk.publish(&place, &written.files, made_from, &row)?;
+    staging.publish(&place, &written.files, made_from, &row)?;
     Ok(row)
 }

@@ -26,7 +26,7 @@ impl RenderJob {
     /// status tells how many results gave no picture.
     pub fn run(&self) -> ExitCode {
         let cancel = cancel_on_interrupt();
-        match Work::new(self).and_then(|work| work.done(&cancel)) {
+        match RenderTask::new(self).and_then(|work| work.done(&cancel)) {
             Ok(exit) => exit,
             Err(e) => fail_by(&e),
         }
@@ -34,7 +34,7 @@ impl RenderJob {
 }
 
 /// A job on its way.
-struct Work<'a> {
+struct RenderTask<'a> {
     job: &'a RenderJob,
     entries: Vec<Entry>,
     painter: Painter,
@@ -46,7 +46,7 @@ struct Work<'a> {
     lost: Option<anyhow::Error>,
 }
 
-impl<'a> Work<'a> {
+impl<'a> RenderTask<'a> {
     fn new(job: &'a RenderJob) -> anyhow::Result<Self> {
         let entries = expand(&job.inputs).map_err(anyhow::Error::msg)?;
         if let Some(output) = job.output.as_deref().filter(|output| is_one_picture(output)) {

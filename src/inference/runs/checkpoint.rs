@@ -42,7 +42,7 @@ pub struct Checkpoint {
     /// The next revision that a cluster gets.
     pub next_revision: u64,
     /// What a baseline has left to do.
-    pub work: Work,
+    pub work: Remaining,
 }
 
 impl fmt::Debug for Checkpoint {
@@ -61,7 +61,7 @@ impl fmt::Debug for Checkpoint {
 /// What a run has left to do besides what its state tells.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Work {
+pub enum Remaining {
     /// Of the sampler nothing.
     Sampler,
     /// K-means: the clusters from this index on have no fit yet.
@@ -164,9 +164,9 @@ impl Checkpoint {
 
     fn problem_of_work(&self, points: usize) -> Option<String> {
         let is_fine = match (&self.work, self.params.algorithm) {
-            (Work::Sampler, Algorithm::Sampler) => true,
-            (Work::Fits(at), Algorithm::KMeans) => *at <= self.clusters.len(),
-            (Work::One(recovered), Algorithm::Ems) => {
+            (Remaining::Sampler, Algorithm::Sampler) => true,
+            (Remaining::Fits(at), Algorithm::KMeans) => *at <= self.clusters.len(),
+            (Remaining::One(recovered), Algorithm::Ems) => {
                 self.clusters.len() == 1
                     && recovered.is_none_or(|r| {
                         r.shape.check(&Bounds::RUN).is_ok()
@@ -177,7 +177,7 @@ impl Checkpoint {
                             && Params { outlier_prior: r.outlier_prior, ..self.params }.check().is_ok()
                     })
             }
-            (Work::Parts(parts), Algorithm::HierarchicalEms) => parts.iter().all(|part| {
+            (Remaining::Parts(parts), Algorithm::HierarchicalEms) => parts.iter().all(|part| {
                 let mut sorted = part.points.clone();
                 sorted.sort_unstable();
                 !sorted.is_empty() && is_ascending(&sorted, points) && part.depth < MOST_ITERATIONS
@@ -219,7 +219,7 @@ impl Checkpoint {
             pinned: state.pinned.to_vec(),
             next_id: state.next_id,
             next_revision: state.next_revision,
-            work: Work::Sampler,
+            work: Remaining::Sampler,
         }
     }
 

@@ -10,7 +10,7 @@ use crate::inference::control::{Cancel, InferenceError};
 use crate::inference::data::abstraction::{Phase, UNASSIGNED};
 use crate::inference::method::Method;
 use crate::inference::params::{Algorithm, MergeRule, Params};
-use crate::inference::runs::checkpoint::{Checkpoint, Work};
+use crate::inference::runs::checkpoint::{Checkpoint, Remaining};
 use crate::inference::runs::run::Run;
 
 fn cloud(n: usize) -> Arc<SampleCloud> {
@@ -121,7 +121,7 @@ fn a_damaged_checkpoint_is_refused_in_words() {
         ),
         (|c| c.clusters[0].sigma = 0.0, "σ"),
         (|c| c.clusters[0].revision = c.next_revision, "revision"),
-        (|c| c.work = Work::Fits(0), "left to do"),
+        (|c| c.work = Remaining::Fits(0), "left to do"),
     ];
     for (harm, word) in harms {
         let mut bad = good.clone();
@@ -134,12 +134,12 @@ fn a_damaged_checkpoint_is_refused_in_words() {
     }
     // Of a baseline, too.
     for (algorithm, work) in [
-        (Algorithm::KMeans, Work::Fits(usize::MAX)),
+        (Algorithm::KMeans, Remaining::Fits(usize::MAX)),
         (
             Algorithm::HierarchicalEms,
-            Work::Parts(vec![crate::inference::runs::checkpoint::Part { points: vec![], depth: 0 }]),
+            Remaining::Parts(vec![crate::inference::runs::checkpoint::Part { points: vec![], depth: 0 }]),
         ),
-        (Algorithm::Ems, Work::Sampler),
+        (Algorithm::Ems, Remaining::Sampler),
     ] {
         let run = Run::new(cloud(400), Params { algorithm, ..params }, &never()).unwrap();
         let bad = Checkpoint { work, ..run.checkpoint() };

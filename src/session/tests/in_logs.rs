@@ -9,7 +9,7 @@ use crate::inference::{Edit, MergeProposal, Primitive};
 use crate::io::ExportOptions;
 use crate::session::selection::Select;
 use crate::worker::{
-    Command, ExportRequest, Measurement, Renewed, SeedNews, SeedRequest, SeedRun, Setup, State,
+    Command, ExportRequest, LiveResult, Measurement, SeedNews, SeedRequest, SeedRun, Setup, State,
 };
 
 const MANY: usize = 20_000;
@@ -118,8 +118,8 @@ fn messages_from_and_to_the_worker_are_short_however_large_the_shape() {
     let lines = told([
         Event::Loaded(loaded.clone()),
         Event::Snapshot(snapshot.clone()),
-        Event::Renewing(setup),
-        Event::Renewed(Arc::new(Renewed { setup, loaded, states })),
+        Event::LiveStarted(setup),
+        Event::LiveFinished(Arc::new(LiveResult { setup, loaded, states })),
         Event::Proposed(Some(Box::new(proposal))),
         Event::Measuring(snapshot),
         Event::Measured(Arc::new(measured)),

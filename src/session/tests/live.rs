@@ -1,7 +1,7 @@
 //! Live, as the session sees it.
 
 use super::*;
-use crate::worker::{Renewed, Setup};
+use crate::worker::{LiveResult, Setup};
 
 fn live() -> Session {
     let mut session = session();
@@ -34,7 +34,7 @@ fn renewed(session: &Session, labels: [u32; 9]) -> Event {
         state.abstraction.labels = labels.into();
         Arc::new(state)
     };
-    Event::Renewed(Arc::new(Renewed {
+    Event::LiveFinished(Arc::new(LiveResult {
         setup: Setup { params: session.params, sampling: session.sampling },
         loaded: Arc::clone(session.loaded.as_ref().expect("a shape")),
         states: vec![state(Phase::Start, 0), state(Phase::Sampling, 1), state(Phase::Finished, 2)],
@@ -52,8 +52,8 @@ fn a_change_makes_the_run_anew_and_moves_nothing_else() {
     let effects = turn(&mut session, 3.0);
     let expected = Setup { params: Params { alpha: 3.0, ..Params::default() }, sampling: session.sampling };
     assert_eq!(renewal(&effects), Some((expected, false)));
-    assert_eq!(session.activity, Activity::Renewing);
-    session.absorb(Event::Renewing(expected));
+    assert_eq!(session.activity, Activity::LiveRun);
+    session.absorb(Event::LiveStarted(expected));
     assert_eq!(buttons(&session), idle, "no button blinks");
     assert!(Arc::ptr_eq(session.snapshot.as_ref().expect("a state"), &before));
     let camera = session.camera;

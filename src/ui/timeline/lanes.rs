@@ -254,7 +254,7 @@ fn about(ui: &mut Ui, session: &Session, branch: &Branch) {
         }
         None => "Began with a new run".to_owned(),
     };
-    let by_hand = if branch.is_by_hand() { ", with manual edits" } else { "" };
+    let by_hand = if branch.is_manual() { ", with manual edits" } else { "" };
     let states = if branch.states.len() == 1 { "state" } else { "states" };
     ui.add(Label::new(format!("{origin}; {} {states}{by_hand}", count(branch.states.len()))).wrap());
     let Some(last) = branch.states.last() else { return };
@@ -335,7 +335,7 @@ fn other_lane(ui: &Ui, branch: &Branch, track: Rect, axis: &Axis) {
     line_and_dots(ui, branch, track, axis, false);
     let own = branch.origin.map_or(0, |o| o.index + 1);
     for (index, state) in branch.states.iter().enumerate().skip(own) {
-        if state.cause.is_by_hand() {
+        if state.cause.is_manual() {
             let at = pos2(axis.x(index), track.min.y + 0.5 * LANE - 6.0);
             marks::paint(ui.painter(), at, 2.6, Mark::Edit, marks::color(ui, Mark::Edit));
         }

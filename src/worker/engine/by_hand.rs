@@ -5,14 +5,14 @@ use std::path::Path;
 use std::sync::Arc;
 use std::time::Instant;
 
-use super::super::machine::Machine;
+use super::super::machine::Steppable;
 use super::super::protocol::{Cause, Event, State};
 use super::super::source;
 use super::super::trouble::{Stop, guarded};
 use super::{Engine, Present};
 use crate::inference::{Edit, InferenceError, Occurrence};
 
-impl<M: Machine> Engine<M> {
+impl<M: Steppable> Engine<M> {
     /// Makes a state that was told before the present one.
     pub(super) fn resume(&mut self, state: &State) {
         let State { loaded, snapshot } = state;

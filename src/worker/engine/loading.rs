@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Duration;
 
-use super::super::machine::Machine;
+use super::super::machine::Steppable;
 use super::super::protocol::{Cause, Event, LoadedShape, SamplingOptions, Source};
 use super::super::source;
 use super::super::trouble::{Stop, guarded};
@@ -12,7 +12,7 @@ use crate::geometry::SampleCloud;
 use crate::inference::{Abstraction, Algorithm, Cancel, Occurrence, Params, Primitive};
 use crate::io::{Opened, OpenedResult, ReadError, Shape};
 
-impl<M: Machine> Engine<M> {
+impl<M: Steppable> Engine<M> {
     /// Whether there is a new shape; if not, all is as it was.
     pub(super) fn load(&mut self, source: &Source, sampling: SamplingOptions) -> bool {
         let what = match source {
@@ -89,7 +89,7 @@ struct Fresh<M> {
     occurrences: Vec<Occurrence>,
 }
 
-fn sampled<M: Machine>(
+fn sampled<M: Steppable>(
     what: &str,
     shape: Arc<Shape>,
     sampling: SamplingOptions,
@@ -100,7 +100,7 @@ fn sampled<M: Machine>(
     started(what, shape, cloud, sampling, params, cancel)
 }
 
-fn started<M: Machine>(
+fn started<M: Steppable>(
     what: &str,
     shape: Arc<Shape>,
     cloud: Arc<SampleCloud>,
@@ -116,7 +116,7 @@ fn started<M: Machine>(
 
 /// A result as the state that it was: on its own samples and with their labels,
 /// where these are known.
-fn taken<M: Machine>(
+fn taken<M: Steppable>(
     what: &str,
     result: OpenedResult,
     sampling: SamplingOptions,

@@ -2,11 +2,11 @@
 
 use std::time::{Duration, Instant};
 
-use super::super::machine::Machine;
+use super::super::machine::Steppable;
 use super::super::protocol::{Cause, Event};
 use super::super::source;
 use super::super::trouble::{Stop, guarded};
-use super::{Engine, Work};
+use super::{Engine, Goal};
 use crate::inference::{MergeReport, Occurrence};
 
 /// What one step came to.
@@ -15,7 +15,7 @@ enum Step {
     Merged(Vec<MergeReport>),
 }
 
-impl<M: Machine> Engine<M> {
+impl<M: Steppable> Engine<M> {
     /// Back to the start of the run; whether it worked.
     pub(super) fn restart(&mut self) -> bool {
         let Some(present) = &self.present else {
@@ -54,13 +54,13 @@ impl<M: Machine> Engine<M> {
     /// Goes on with the work at hand by one step.
     pub(super) fn advance(&mut self) {
         match self.work {
-            Work::Nothing => {}
-            Work::Renew => self.advance_renewal(),
-            Work::Linger => {
-                self.work = Work::Nothing;
+            Goal::Nothing => {}
+            Goal::Renew => self.advance_renewal(),
+            Goal::Linger => {
+                self.work = Goal::Nothing;
                 self.announce();
             }
-            Work::Run | Work::StepIteration | Work::MergeAll => self.step(),
+            Goal::Run | Goal::StepIteration | Goal::MergeAll => self.step(),
         }
     }
 
@@ -68,21 +68,21 @@ impl<M: Machine> Engine<M> {
     /// cancelled or panics in the middle leaves the state as it was.
     fn step(&mut self) {
         let Some(present) = &self.present else {
-            self.work = Work::Nothing;
+            self.work = Goal::Nothing;
             return;
         };
         let begun = Instant::now();
         let work = self.work;
         let cancel = self.cancel.clone();
-        if matches!(work, Work::Run | Work::StepIteration) && present.machine.is_finished() {
-            self.work = Work::Nothing;
+        if matches!(work, Goal::Run | Goal::StepIteration) && present.machine.is_finished() {
+            self.work = Goal::Nothing;
             self.announce();
             return;
         }
         let outcome = guarded(|| {
             let mut machine = present.machine.clone();
             let step = match work {
-                Work::MergeAll => machine.step_merge(&cancel).map(Step::Merged),
+                Goal::MergeAll => machine.step_merge(&cancel).map(Step::Merged),
                 _ => machine.step(&cancel).map(Step::Iterated),
             }
             .map_err(|error| Stop::inference("Cannot complete the step", &error))?;
@@ -102,7 +102,7 @@ impl<M: Machine> Engine<M> {
             // The order that cancelled the step decides how it goes on.
             Err(Stop::Cancelled) => {}
             Err(stop) => {
-                self.work = Work::Nothing;
+                self.work = Goal::Nothing;
                 self.report(stop);
                 self.announce();
             }
@@ -111,7 +111,7 @@ impl<M: Machine> Engine<M> {
 
     /// Tells of a step that was made, and whether it was the last.
     fn conclude(&mut self, step: Step) {
-        let mut done = self.work == Work::StepIteration;
+        let mut done = self.work == Goal::StepIteration;
         match step {
             Step::Iterated(occurrences) => {
                 let is_finished = self.present.as_ref().is_none_or(|p| p.machine.is_finished());
@@ -132,7 +132,7 @@ impl<M: Machine> Engine<M> {
             }
         }
         if done {
-            self.work = Work::Nothing;
+            self.work = Goal::Nothing;
             self.announce();
         }
     }

@@ -83,7 +83,7 @@ fn a_thread_that_works_beside_begins_again() {
         assert!(rounds.fetch_add(1, Ordering::SeqCst) > 0, "the first round fails");
     });
     assert_eq!(rounds.load(Ordering::SeqCst), 2);
-    let told: Vec<Told> = told.try_iter().collect();
+    let told: Vec<NumberedEvent> = told.try_iter().collect();
     let [(_, Event::Ended { who: Helper::Measurer, error })] = &told[..] else { panic!("{told:?}") };
     assert_eq!(error, "the first round fails");
 }

@@ -43,13 +43,13 @@ const PIECES: usize = 6;
 pub(crate) struct Baseline {
     /// Start, state and records are the sampler's; none of its steps is made.
     base: Sampler,
-    work: Work,
+    work: Pending,
     steps: u32,
 }
 
 /// What is left to do.
 #[derive(Debug, Clone)]
-enum Work {
+enum Pending {
     /// The clusters from this index on have no fit yet.
     Fits(usize),
     /// The one primitive, from the first step on.
@@ -77,9 +77,9 @@ impl Baseline {
     /// All that it needs to go on, but the cloud.
     pub(crate) fn checkpoint(&self) -> Checkpoint {
         let work = match &self.work {
-            Work::Fits(at) => checkpoint::Work::Fits(*at),
-            Work::One(recovery) => checkpoint::Work::One(recovery.as_ref().map(|r| r.recovered())),
-            Work::Parts(parts) => checkpoint::Work::Parts(parts.clone()),
+            Pending::Fits(at) => checkpoint::Remaining::Fits(*at),
+            Pending::One(recovery) => checkpoint::Remaining::One(recovery.as_ref().map(|r| r.recovered())),
+            Pending::Parts(parts) => checkpoint::Remaining::Parts(parts.clone()),
         };
         Checkpoint { iteration: self.steps, work, ..Checkpoint::of(&self.base) }
     }
@@ -90,13 +90,13 @@ impl Baseline {
         // The steps are counted here.
         base.state.iteration = 0;
         let work = match &checkpoint.work {
-            checkpoint::Work::Sampler => Work::Parts(Vec::new()),
-            checkpoint::Work::Fits(at) => Work::Fits(*at),
-            checkpoint::Work::One(recovered) => Work::One(recovered.map(|r| {
+            checkpoint::Remaining::Sampler => Pending::Parts(Vec::new()),
+            checkpoint::Remaining::Fits(at) => Pending::Fits(*at),
+            checkpoint::Remaining::One(recovered) => Pending::One(recovered.map(|r| {
                 let problem = Problem::new(&model, model.points.clone(), r.outlier_prior, r.distance);
                 Box::new(Recovery::resumed(problem, &r))
             })),
-            checkpoint::Work::Parts(parts) => Work::Parts(parts.clone()),
+            checkpoint::Remaining::Parts(parts) => Pending::Parts(parts.clone()),
         };
         Self { base, work, steps: checkpoint.iteration }
     }
@@ -119,10 +119,10 @@ impl Baseline {
                 let parts = parts_of(state, &(0..state.labels.len() as u32).collect::<Vec<_>>(), 0);
                 let gone = vec![true; state.clusters.len()];
                 state.remove_clusters(&gone);
-                Work::Parts(parts)
+                Pending::Parts(parts)
             }
-            Algorithm::Ems => Work::One(None),
-            Algorithm::KMeans | Algorithm::Sampler => Work::Fits(0),
+            Algorithm::Ems => Pending::One(None),
+            Algorithm::KMeans | Algorithm::Sampler => Pending::Fits(0),
         };
         let mut new = Self { base, work, steps: 0 };
         new.settle();
@@ -161,14 +161,14 @@ impl Baseline {
         let mut next = self.clone();
         next.steps += 1;
         match &mut next.work {
-            Work::Fits(at) => {
+            Pending::Fits(at) => {
                 fit_cluster(&mut next.base.state, &next.base.params, *at, cancel);
                 *at += 1;
             }
-            Work::One(recovery) => {
+            Pending::One(recovery) => {
                 recover(&mut next.base.state, &next.base.params, recovery, cancel);
             }
-            Work::Parts(parts) => {
+            Pending::Parts(parts) => {
                 if let Some(part) = parts.pop() {
                     let (state, params) = (&mut next.base.state, &next.base.params);
                     parts.extend(take_one(state, params, part, cancel, &mut occurrences));
@@ -188,9 +188,9 @@ impl Baseline {
     /// Names the phase that the work is in.
     fn settle(&mut self) {
         let is_done = match &self.work {
-            Work::Fits(at) => *at >= self.base.state.clusters.len(),
-            Work::One(recovery) => recovery.as_ref().is_some_and(|r| r.is_done()),
-            Work::Parts(parts) => parts.is_empty(),
+            Pending::Fits(at) => *at >= self.base.state.clusters.len(),
+            Pending::One(recovery) => recovery.as_ref().is_some_and(|r| r.is_done()),
+            Pending::Parts(parts) => parts.is_empty(),
         };
         self.base.phase = match (is_done, self.steps) {
             (true, _) => Phase::Finished,

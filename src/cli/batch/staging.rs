@@ -106,7 +106,7 @@ pub(super) fn made_before(folder: &Path) -> impl Iterator<Item = PathBuf> {
 
 /// A batch's staging folder.
 #[derive(Debug)]
-pub(super) struct Desk {
+pub(super) struct StagingFolder {
     output: PathBuf,
     /// Where files are created.
     folder: PathBuf,
@@ -115,7 +115,7 @@ pub(super) struct Desk {
     held: Option<File>,
 }
 
-impl Desk {
+impl StagingFolder {
     /// Takes the staging folder of a table and removes leftovers of killed
     /// batches. Waits, with a message, while another process uses it; `None` if
     /// cancelled.
@@ -162,11 +162,11 @@ impl Desk {
             // Then nobody can tell whether another works there.
             None => hidden.join(format!("{table}.{}", std::process::id())),
         };
-        let desk = Self { output: output.to_owned(), folder, lock, held };
-        desk.clear().with_context(about)?;
-        fs::create_dir_all(&desk.folder).with_context(about)?;
-        sweep_up(&hidden, &desk.lock);
-        Ok(Some(desk))
+        let staging = Self { output: output.to_owned(), folder, lock, held };
+        staging.clear().with_context(about)?;
+        fs::create_dir_all(&staging.folder).with_context(about)?;
+        sweep_up(&hidden, &staging.lock);
+        Ok(Some(staging))
     }
 
     /// Removes everything in the own staging folder.
@@ -273,7 +273,7 @@ impl Desk {
     }
 }
 
-impl Drop for Desk {
+impl Drop for StagingFolder {
     fn drop(&mut self) {
         if let Err(e) = self.clear() {
             tracing::warn!("cannot remove {}: {e}", self.folder.display());
@@ -363,15 +363,15 @@ mod tests {
     use super::super::rows::tests::job;
     use super::*;
 
-    fn desk(output: &Path, table: &str) -> Desk {
-        Desk::take_or_wait(output, table, &Cancel::default(), || panic!("somebody sits there"))
+    fn staging(output: &Path, table: &str) -> StagingFolder {
+        StagingFolder::take_or_wait(output, table, &Cancel::default(), || panic!("somebody sits there"))
             .unwrap()
             .unwrap()
     }
 
     /// Publishes a job that consists of some files.
-    fn publish(desk: &Desk, name: &str, fingerprint: &str, content: &[(&str, &str)]) -> Row {
-        let place = desk.place(1).unwrap();
+    fn publish(staging: &StagingFolder, name: &str, fingerprint: &str, content: &[(&str, &str)]) -> Row {
+        let place = staging.place(1).unwrap();
         let written: Vec<PathBuf> = content
             .iter()
             .map(|(name, text)| {
@@ -380,7 +380,7 @@ mod tests {
             })
             .collect();
         let row = Row::cancelled(&job(1, name));
-        desk.publish(&place, &written, fingerprint.to_owned(), &row).unwrap();
+        staging.publish(&place, &written, fingerprint.to_owned(), &row).unwrap();
         assert!(!place.exists());
         row
     }
@@ -389,9 +389,9 @@ mod tests {
     fn a_job_is_finished_once_its_files_are_whole() {
         let output = tempfile::tempdir().unwrap();
         let target = output.path().join("a/b");
-        let desk = desk(output.path(), "results");
+        let staging = staging(output.path(), "results");
         assert!(finished(&target).is_none());
-        let row = publish(&desk, "a/b", "f1", &[("x.txt", "one"), ("y.txt", "two")]);
+        let row = publish(&staging, "a/b", "f1", &[("x.txt", "one"), ("y.txt", "two")]);
         assert_eq!(finished(&target), Some((row, "f1".to_owned())));
         // Cut, changed, missing.
         for spoil in [
@@ -401,7 +401,7 @@ mod tests {
         ] {
             spoil(&target.join("x.txt"));
             assert!(finished(&target).is_none());
-            publish(&desk, "a/b", "f2", &[("x.txt", "one"), ("y.txt", "two")]);
+            publish(&staging, "a/b", "f2", &[("x.txt", "one"), ("y.txt", "two")]);
             assert!(finished(&target).is_some());
         }
         let record = fs::read(target.join(RECORD_FILE)).unwrap();
@@ -415,13 +415,13 @@ mod tests {
         let target = output.path().join("a");
         fs::create_dir(&target).unwrap();
         fs::write(target.join("notes.txt"), "mine").unwrap();
-        let desk = desk(output.path(), "results");
-        publish(&desk, "a", "f1", &[("x.txt", "one"), ("old.txt", "two")]);
-        publish(&desk, "a", "f2", &[("x.txt", "three")]);
+        let staging = staging(output.path(), "results");
+        publish(&staging, "a", "f1", &[("x.txt", "one"), ("old.txt", "two")]);
+        publish(&staging, "a", "f2", &[("x.txt", "three")]);
         assert_eq!(fs::read_to_string(target.join("x.txt")).unwrap(), "three");
         assert!(!target.join("old.txt").exists());
         assert_eq!(fs::read_to_string(target.join("notes.txt")).unwrap(), "mine");
-        drop(desk);
+        drop(staging);
         assert_eq!(cfg!(unix), !output.path().join(HIDDEN_FOLDER).exists());
     }
 
@@ -429,7 +429,7 @@ mod tests {
     fn leftovers_of_the_dead_go_and_those_of_the_living_stay() {
         let output = tempfile::tempdir().unwrap();
         let hidden = output.path().join(HIDDEN_FOLDER);
-        let living = desk(output.path(), "results.0-of-2");
+        let living = staging(output.path(), "results.0-of-2");
         let at_work = living.place(7).unwrap();
         // What a process leaves that was killed: its lock is free.
         for table in ["results.1-of-2", "results"] {
@@ -437,7 +437,7 @@ mod tests {
             fs::write(hidden.join(table).join("3/segmented.ply"), "half").unwrap();
             fs::write(hidden.join(format!("{table}.lock")), "").unwrap();
         }
-        let next = desk(output.path(), "results.1-of-2");
+        let next = staging(output.path(), "results.1-of-2");
         assert!(at_work.exists());
         assert!(!hidden.join("results").exists());
         assert_eq!(fs::read_dir(&next.folder).unwrap().count(), 0);
@@ -446,15 +446,17 @@ mod tests {
     #[test]
     fn a_second_batch_of_the_same_table_waits() {
         let output = tempfile::tempdir().unwrap();
-        let first = desk(output.path(), "results");
+        let first = staging(output.path(), "results");
         let cancel = Cancel::default();
         let stop = cancel.clone();
-        let second = Desk::take_or_wait(output.path(), "results", &cancel, move || stop.request()).unwrap();
+        let second =
+            StagingFolder::take_or_wait(output.path(), "results", &cancel, move || stop.request()).unwrap();
         assert!(second.is_none());
         // The first ends as soon as the second has begun to wait.
         let mut first = Some(first);
         let second =
-            Desk::take_or_wait(output.path(), "results", &Cancel::default(), || first = None).unwrap();
+            StagingFolder::take_or_wait(output.path(), "results", &Cancel::default(), || first = None)
+                .unwrap();
         assert!(second.is_some());
     }
 }

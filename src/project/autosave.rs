@@ -12,7 +12,7 @@ use super::reading::{self, Opened};
 use super::saving::save;
 use crate::io::caught;
 use crate::io::cause;
-use crate::session::keeping::Found;
+use crate::session::saving::Found;
 use crate::session::workspace::Workspace;
 use crate::worker::Outbox;
 
@@ -30,14 +30,14 @@ pub enum Origin {
     Last,
 }
 
-/// What the keeper tells.
+/// What the autosave tells.
 #[derive(Debug)]
 pub enum Event {
     /// What was left behind, the newest first; told at the start.
     Found(Vec<Found>),
     /// Whether there is a session that was closed without being saved.
     HasLast(bool),
-    /// So many sessions were handed to [`Keeper::keep`] until the one that is
+    /// So many sessions were handed to [`Autosave::keep`] until the one that is
     /// in the journal now.
     Kept(u64),
     /// Nothing can be kept for now; told once until it can again.
@@ -58,7 +58,7 @@ pub enum Event {
 }
 
 #[derive(Debug)]
-enum Order {
+enum Request {
     Keep(u64, Box<Workspace>),
     Save(PathBuf, Box<Workspace>),
     /// Open it; then set the journal aside as the last session, where the
@@ -71,14 +71,14 @@ enum Order {
 
 /// The owner's end of the thread.
 #[derive(Debug)]
-pub struct Keeper {
-    orders: Outbox<Order>,
+pub struct Autosave {
+    orders: Outbox<Request>,
     events: Receiver<Event>,
     count: u64,
     thread: Option<JoinHandle<()>>,
 }
 
-impl Keeper {
+impl Autosave {
     /// Starts the thread, which looks for what was left behind in `folder`. It
     /// calls `wake` whenever there is an event.
     ///
@@ -93,10 +93,11 @@ impl Keeper {
             wake();
         };
         let thread = std::thread::Builder::new().name("keeper".to_owned()).spawn(move || {
-            let mut desk = Desk { folder, journal: None, orphans: Vec::new(), is_failing: false, tell };
-            desk.guarded(Desk::look_around);
+            let mut desk =
+                AutosaveThread { folder, journal: None, orphans: Vec::new(), is_failing: false, tell };
+            desk.guarded(AutosaveThread::look_around);
             while let Ok(order) = received.recv() {
-                let orders: Vec<Order> = std::iter::once(order).chain(received.try_iter()).collect();
+                let orders: Vec<Request> = std::iter::once(order).chain(received.try_iter()).collect();
                 desk.obey_all(orders);
             }
         })?;
@@ -108,27 +109,27 @@ impl Keeper {
     /// [`Event::Kept`] tells of it.
     pub fn keep(&mut self, workspace: Workspace) -> u64 {
         self.count += 1;
-        self.order(Order::Keep(self.count, Box::new(workspace)));
+        self.order(Request::Keep(self.count, Box::new(workspace)));
         self.count
     }
 
     /// Writes a session file; answered by [`Event::Saved`].
     pub fn save(&mut self, path: PathBuf, workspace: Workspace) {
-        self.order(Order::Save(path, Box::new(workspace)));
+        self.order(Request::Save(path, Box::new(workspace)));
     }
 
     /// Reads a session; answered by [`Event::Opened`]. The present one, where
     /// it holds unsaved work, becomes the last session as soon as that worked.
     pub fn open(&mut self, origin: Origin, unsaved: Option<Workspace>) {
-        self.order(Order::Open(origin, unsaved.map(Box::new)));
+        self.order(Request::Open(origin, unsaved.map(Box::new)));
     }
 
     /// Removes what was left behind.
     pub fn discard(&mut self, id: u64) {
-        self.order(Order::Discard(id));
+        self.order(Request::Discard(id));
     }
 
-    /// What was told since the last call; never blocks. Whoever owns a keeper
+    /// What was told since the last call; never blocks. Whoever owns a autosave
     /// calls this whenever `wake` was called.
     pub fn try_events(&mut self) -> impl Iterator<Item = Event> + '_ {
         self.flush();
@@ -144,11 +145,11 @@ impl Keeper {
     /// Ends the thread once all is on the disk: unsaved work is kept as the
     /// last session.
     pub fn close(mut self, unsaved: Option<Workspace>) {
-        self.orders.waiting().retain(|order| !matches!(order, Order::Keep(..)));
-        self.orders.push(Order::Close(unsaved.map(Box::new)));
+        self.orders.waiting().retain(|order| !matches!(order, Request::Keep(..)));
+        self.orders.push(Request::Close(unsaved.map(Box::new)));
     }
 
-    fn order(&mut self, order: Order) {
+    fn order(&mut self, order: Request) {
         self.orders.push(order);
         self.flush();
     }
@@ -160,11 +161,11 @@ impl Keeper {
     }
 }
 
-impl Drop for Keeper {
+impl Drop for Autosave {
     /// Waits until what was handed over is on the disk.
     fn drop(&mut self) {
         while self.orders.flush() && !self.orders.waiting().is_empty() {
-            // A keeper that waits for room among the events would wait for ever.
+            // A autosave that waits for room among the events would wait for ever.
             let _ = self.events.recv_timeout(Duration::from_millis(1));
         }
         self.orders.close();
@@ -179,7 +180,7 @@ impl Drop for Keeper {
 }
 
 /// The thread's own.
-struct Desk<F> {
+struct AutosaveThread<F> {
     /// `None` where there is no place for journals.
     folder: Option<PathBuf>,
     journal: Option<Journal>,
@@ -189,7 +190,7 @@ struct Desk<F> {
     tell: F,
 }
 
-impl<F: Fn(Event)> Desk<F> {
+impl<F: Fn(Event)> AutosaveThread<F> {
     /// Tells what was left behind.
     fn look_around(&mut self) {
         let Some(folder) = &self.folder else { return };
@@ -224,10 +225,10 @@ impl<F: Fn(Event)> Desk<F> {
     }
 
     /// Of the sessions to keep the latest is enough.
-    fn obey_all(&mut self, orders: Vec<Order>) {
-        let latest = orders.iter().rposition(|order| matches!(order, Order::Keep(..)));
+    fn obey_all(&mut self, orders: Vec<Request>) {
+        let latest = orders.iter().rposition(|order| matches!(order, Request::Keep(..)));
         for (at, order) in orders.into_iter().enumerate() {
-            if !matches!(order, Order::Keep(..)) || Some(at) == latest {
+            if !matches!(order, Request::Keep(..)) || Some(at) == latest {
                 self.guarded(|desk| desk.obey(order));
             }
         }
@@ -242,26 +243,26 @@ impl<F: Fn(Event)> Desk<F> {
         }
     }
 
-    fn obey(&mut self, order: Order) {
+    fn obey(&mut self, order: Request) {
         match order {
-            Order::Keep(number, workspace) => {
+            Request::Keep(number, workspace) => {
                 if self.keep(&workspace) {
                     (self.tell)(Event::Kept(number));
                 }
             }
-            Order::Save(path, workspace) => match save(&path, &workspace) {
+            Request::Save(path, workspace) => match save(&path, &workspace) {
                 Ok(()) => (self.tell)(Event::Saved { path, workspace }),
                 Err(error) => self.fail("Cannot save the session", &error),
             },
-            Order::Open(origin, unsaved) => self.open(origin, unsaved.as_deref()),
-            Order::Discard(id) => {
+            Request::Open(origin, unsaved) => self.open(origin, unsaved.as_deref()),
+            Request::Discard(id) => {
                 if let Some(claim) = self.take_orphan(id)
                     && let Err(error) = claim.remove()
                 {
                     self.fail("Cannot discard the session", &error);
                 }
             }
-            Order::Close(unsaved) => self.set_aside(unsaved.as_deref()),
+            Request::Close(unsaved) => self.set_aside(unsaved.as_deref()),
         }
     }
 

@@ -1,33 +1,33 @@
-//! The session and its files: what changes is kept, what the keeper's thread
+//! The session and its files: what changes is kept, what the autosave's thread
 //! tells is taken in, and nothing is lost when the window closes.
 
 use std::path::PathBuf;
 use std::time::Duration;
 
 use super::App;
-use crate::project::{self, Event, Keeper, Origin};
-use crate::session::keeping::{KeepingEvent, Opening};
+use crate::project::{self, Autosave, Event, Origin};
+use crate::session::saving::{KeepingEvent, Opening};
 use crate::session::workspace::Workspace;
 use crate::session::{Action, Effect, Session, Verb};
 
-/// The keeper and what it was told last.
+/// The autosave and what it was told last.
 #[derive(Debug)]
-pub(super) struct Keeping {
+pub(super) struct Saving {
     /// `None` once the window closes.
-    keeper: Option<Keeper>,
+    autosave: Option<Autosave>,
     /// What was handed over last.
     kept: Option<Workspace>,
     /// The window is to close, whatever is unsaved.
     is_leaving: bool,
 }
 
-impl Keeping {
+impl Saving {
     /// Looks for what was left behind in the folder, and keeps the session
     /// there; nothing is kept where there is none.
     pub(super) fn start(folder: Option<PathBuf>, ctx: &egui::Context) -> std::io::Result<Self> {
         let ctx = ctx.clone();
-        let keeper = Keeper::spawn(folder, move || ctx.request_repaint())?;
-        Ok(Self { keeper: Some(keeper), kept: None, is_leaving: false })
+        let autosave = Autosave::spawn(folder, move || ctx.request_repaint())?;
+        Ok(Self { autosave: Some(autosave), kept: None, is_leaving: false })
     }
 
     pub(super) fn open(&mut self, opening: Opening, session: &Session) {
@@ -36,20 +36,20 @@ impl Keeping {
             Opening::Recovered(id) => Origin::Recovered(id),
             Opening::Last => Origin::Last,
         };
-        if let Some(keeper) = &mut self.keeper {
-            keeper.open(origin, session.unsaved());
+        if let Some(autosave) = &mut self.autosave {
+            autosave.open(origin, session.unsaved());
         }
     }
 
     pub(super) fn save(&mut self, path: PathBuf, session: &Session) {
-        if let Some(keeper) = &mut self.keeper {
-            keeper.save(path, session.workspace());
+        if let Some(autosave) = &mut self.autosave {
+            autosave.save(path, session.workspace());
         }
     }
 
     pub(super) fn discard(&mut self, id: u64) {
-        if let Some(keeper) = &mut self.keeper {
-            keeper.discard(id);
+        if let Some(autosave) = &mut self.autosave {
+            autosave.discard(id);
         }
     }
 
@@ -59,27 +59,27 @@ impl Keeping {
         if is_kept || session.loaded.is_none() {
             return;
         }
-        if let Some(keeper) = &mut self.keeper {
+        if let Some(autosave) = &mut self.autosave {
             let workspace = session.workspace();
-            keeper.keep(workspace.clone());
+            autosave.keep(workspace.clone());
             self.kept = Some(workspace);
         }
     }
 }
 
 impl App {
-    /// Takes in what the keeper has told.
+    /// Takes in what the autosave has told.
     pub(super) fn absorb_keeping(&mut self, ctx: &egui::Context) {
-        let events: Vec<Event> = self.keeping.keeper.iter_mut().flat_map(Keeper::try_events).collect();
+        let events: Vec<Event> = self.saving.autosave.iter_mut().flat_map(Autosave::try_events).collect();
         for event in events {
             self.absorb_kept(ctx, event);
         }
     }
 
-    /// Waits for the keeper's next event and takes it in; whether there was
+    /// Waits for the autosave's next event and takes it in; whether there was
     /// one within `timeout`.
     pub fn wait_for_keeper(&mut self, ctx: &egui::Context, timeout: Duration) -> bool {
-        let event = self.keeping.keeper.as_mut().and_then(|keeper| keeper.next_event(timeout));
+        let event = self.saving.autosave.as_mut().and_then(|autosave| autosave.next_event(timeout));
         let came = event.is_some();
         if let Some(event) = event {
             self.absorb_kept(ctx, event);
@@ -101,8 +101,8 @@ impl App {
                     Origin::Last => Opening::Last,
                 };
                 let project::Opened { workspace, notes } = *opened;
-                // The keeper has it, or its file is there.
-                self.keeping.kept = None;
+                // The autosave has it, or its file is there.
+                self.saving.kept = None;
                 KeepingEvent::Opened { from, workspace: Box::new(workspace), notes }
             }
             Event::Failed { what, error } => KeepingEvent::Failed { what, error },
@@ -113,14 +113,14 @@ impl App {
 
     /// Closes the window.
     pub(super) fn leave(&mut self, ctx: &egui::Context) {
-        self.keeping.is_leaving = true;
+        self.saving.is_leaving = true;
         ctx.send_viewport_cmd(egui::ViewportCommand::Close);
     }
 
     /// Asks before the window system closes the window over unsaved work that
     /// nothing else keeps.
     pub(super) fn watch_closing(&mut self, ctx: &egui::Context) {
-        if self.keeping.is_leaving || !ctx.input(|input| input.viewport().close_requested()) {
+        if self.saving.is_leaving || !ctx.input(|input| input.viewport().close_requested()) {
             return;
         }
         let effects = self.session.apply(Action::Verb(Verb::Quit));
@@ -132,8 +132,8 @@ impl App {
     /// Waits until all that is to be kept is on the disk: unsaved work as the
     /// last session.
     pub fn close(&mut self) {
-        if let Some(keeper) = self.keeping.keeper.take() {
-            keeper.close(self.session.unsaved());
+        if let Some(autosave) = self.saving.autosave.take() {
+            autosave.close(self.session.unsaved());
         }
     }
 }

@@ -102,7 +102,7 @@ pub enum Opening {
 
 /// Where the session is kept.
 #[derive(Debug, Default)]
-pub struct Keeping {
+pub struct Saving {
     saved: Saved,
     /// Sessions left behind by earlier windows, still to be decided on.
     found: Vec<Found>,
@@ -115,7 +115,7 @@ pub struct Keeping {
     after_saving: Option<Parting>,
 }
 
-impl Keeping {
+impl Saving {
     /// The sessions offered for recovery.
     pub fn found(&self) -> &[Found] {
         &self.found
@@ -169,7 +169,7 @@ impl Session {
     /// another shape is open, because the file does not contain that work.
     /// Undoing this restores the work together with its file.
     pub fn session_file(&self) -> Option<&Path> {
-        let Saved::As { path, document } = &self.keeping.saved else { return None };
+        let Saved::As { path, document } = &self.saving.saved else { return None };
         let shape = |loaded: &Option<Arc<LoadedShape>>| loaded.as_ref().map(|l| Arc::as_ptr(&l.shape));
         (shape(&self.loaded) == shape(&document.loaded)).then_some(path)
     }
@@ -183,7 +183,7 @@ impl Session {
 
     /// Whether there is unsaved work.
     pub fn is_changed(&self) -> bool {
-        match &self.keeping.saved {
+        match &self.saving.saved {
             Saved::Never => !self.undo.done().is_empty() || !self.undo.undone().is_empty(),
             Saved::Recovered => true,
             Saved::As { document, .. } => !self.has_work_of(document),
@@ -230,11 +230,11 @@ impl Session {
     /// Handles an event about session files.
     pub fn absorb_keeping(&mut self, event: KeepingEvent) -> Vec<Effect> {
         match event {
-            KeepingEvent::Found(found) => self.keeping.found = found,
-            KeepingEvent::HasLast(has) => self.keeping.has_last = has,
-            KeepingEvent::Kept => self.keeping.is_kept = true,
+            KeepingEvent::Found(found) => self.saving.found = found,
+            KeepingEvent::HasLast(has) => self.saving.has_last = has,
+            KeepingEvent::Kept => self.saving.is_kept = true,
             KeepingEvent::NotKept(error) => {
-                self.keeping.is_kept = false;
+                self.saving.is_kept = false;
                 self.messages.push(Level::Error, "Crash recovery is not available for this session", error);
             }
             KeepingEvent::Saved { path, workspace } => {
@@ -243,8 +243,8 @@ impl Session {
                 let offer = Action::ShowInFolder(path.clone());
                 self.messages.add(Message::new(Level::Note, text).offer("Show in folder", offer));
                 self.window.recent.add(&path);
-                self.keeping.saved = Saved::As { path, document: Box::new(workspace.document) };
-                if let Some(parting) = self.keeping.after_saving.take() {
+                self.saving.saved = Saved::As { path, document: Box::new(workspace.document) };
+                if let Some(parting) = self.saving.after_saving.take() {
                     return vec![self.part(parting)];
                 }
             }
@@ -256,13 +256,13 @@ impl Session {
                 for note in notes {
                     self.messages.push(Level::Error, "The session is incomplete", note);
                 }
-                self.keeping.saved = match from {
+                self.saving.saved = match from {
                     Opening::File(path) => {
                         self.window.recent.add(&path);
                         Saved::As { path, document: Box::new(workspace.document.clone()) }
                     }
                     Opening::Recovered(id) => {
-                        self.keeping.found.retain(|found| found.id != id);
+                        self.saving.found.retain(|found| found.id != id);
                         Saved::Recovered
                     }
                     Opening::Last => Saved::Recovered,
@@ -270,7 +270,7 @@ impl Session {
                 return self.take_workspace(*workspace);
             }
             KeepingEvent::Failed { what, error } => {
-                self.keeping.after_saving = None;
+                self.saving.after_saving = None;
                 self.messages.push(Level::Error, what, error);
             }
         }
@@ -279,30 +279,30 @@ impl Session {
 
     /// Saves the session to its file, or asks for one.
     pub(super) fn save_session(&mut self) -> Effect {
-        self.keeping.after_saving = None;
+        self.saving.after_saving = None;
         self.session_file().map_or(Effect::AskForSession, |path| Effect::SaveSession(path.to_owned()))
     }
 
     pub(super) fn save_session_as(&mut self) -> Effect {
-        self.keeping.after_saving = None;
+        self.saving.after_saving = None;
         Effect::AskForSession
     }
 
     /// Opens another session or quits, immediately if nothing would be lost.
     pub fn leave(&mut self, parting: Parting) -> Vec<Effect> {
-        if self.is_changed() && !self.keeping.is_kept {
-            self.keeping.parting = Some(parting);
+        if self.is_changed() && !self.saving.is_kept {
+            self.saving.parting = Some(parting);
             return Vec::new();
         }
         vec![self.part(parting)]
     }
 
     pub(super) fn answer_parting(&mut self, answer: PartingAnswer) -> Vec<Effect> {
-        let parting = self.keeping.parting.take();
+        let parting = self.saving.parting.take();
         match (answer, parting) {
             (PartingAnswer::Save, Some(parting)) => {
                 let save = self.save_session();
-                self.keeping.after_saving = Some(parting);
+                self.saving.after_saving = Some(parting);
                 vec![save]
             }
             (PartingAnswer::Discard, Some(parting)) => vec![self.part(parting)],
@@ -319,13 +319,13 @@ impl Session {
 
     /// Discards a session offered for recovery.
     pub(super) fn discard_found(&mut self, id: u64) -> Effect {
-        self.keeping.found.retain(|found| found.id != id);
+        self.saving.found.retain(|found| found.id != id);
         Effect::DiscardFound(id)
     }
 
     /// Postpones recovery to the next start.
     pub(super) fn put_off_found(&mut self) {
-        self.keeping.found.clear();
+        self.saving.found.clear();
     }
 }
 

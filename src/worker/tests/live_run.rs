@@ -14,12 +14,12 @@ fn renew(worker: &mut Worker, setup: Setup, at_once: bool) {
 fn begun(events: &[Event]) -> Vec<f64> {
     events
         .iter()
-        .filter_map(|e| if let Event::Renewing(s) = e { Some(s.params.alpha) } else { None })
+        .filter_map(|e| if let Event::LiveStarted(s) = e { Some(s.params.alpha) } else { None })
         .collect()
 }
 
-fn results(events: &[Event]) -> Vec<Arc<Renewed>> {
-    let result = |e: &Event| if let Event::Renewed(r) = e { Some(Arc::clone(r)) } else { None };
+fn results(events: &[Event]) -> Vec<Arc<LiveResult>> {
+    let result = |e: &Event| if let Event::LiveFinished(r) = e { Some(Arc::clone(r)) } else { None };
     events.iter().filter_map(result).collect()
 }
 
@@ -39,8 +39,8 @@ fn a_renewed_run_comes_whole_and_in_one_piece() {
     renew(&mut worker, asked, false);
     let events = until_idle(&mut worker);
     assert_eq!(iterations(&events), [0; 0], "nothing is seen before its end");
-    assert!(matches!(events[0], Event::Renewing(s) if s == asked));
-    assert!(matches!(events[1], Event::Activity(Activity::Renewing)));
+    assert!(matches!(events[0], Event::LiveStarted(s) if s == asked));
+    assert!(matches!(events[1], Event::Activity(Activity::LiveRun)));
     let [result] = &results(&events)[..] else { panic!("{events:?}") };
     let made: Vec<u32> = result.states.iter().map(|s| s.abstraction.iteration).collect();
     assert_eq!(made, (0..=30).collect::<Vec<_>>());
@@ -66,7 +66,8 @@ fn the_latest_wins_and_those_between_are_never_begun() {
     }
     assert!(worker.orders.waiting().len() <= 1, "restarts pile up: {}", worker.orders.waiting().len());
     open_gate(seed);
-    let mut events = until(&mut worker, |e| matches!(e, Event::Renewed(r) if r.setup.params.alpha == 20.0));
+    let mut events =
+        until(&mut worker, |e| matches!(e, Event::LiveFinished(r) if r.setup.params.alpha == 20.0));
     events.extend(until_idle(&mut worker));
     let (begun, finished) = (begun(&events), finished(&events));
     assert_eq!(finished, begun, "what is begun while the hand moves is shown");
@@ -85,7 +86,7 @@ fn a_hand_that_is_always_ahead_starves_nobody() {
     while results(&events).len() < 20 {
         let event = worker.next_event(PATIENCE).expect("an event");
         // Whatever the worker does, there is a newer setup before it is done.
-        if matches!(event, Event::Renewing(_)) {
+        if matches!(event, Event::LiveStarted(_)) {
             alpha += 1.0;
             renew(&mut worker, setup(WELL_BEHAVED, alpha), false);
         }

@@ -12,11 +12,11 @@
 use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use super::super::machine::Machine;
-use super::super::protocol::{Cause, Event, LoadedShape, Renewed, SamplingOptions, Setup, Snapshot};
+use super::super::machine::Steppable;
+use super::super::protocol::{Cause, Event, LiveResult, LoadedShape, SamplingOptions, Setup, Snapshot};
 use super::super::source;
 use super::super::trouble::{Stop, guarded};
-use super::{Engine, Present, Work};
+use super::{Engine, Goal, Present};
 use crate::inference::{Cancel, Occurrence};
 
 /// How long another setup is waited for before the worker is said to be idle
@@ -26,7 +26,7 @@ const LINGER: Duration = Duration::from_millis(200);
 const SLOW: Duration = Duration::from_millis(600);
 
 /// A run in the making.
-pub(super) struct Renewal<M> {
+pub(super) struct LiveRun<M> {
     setup: Setup,
     /// Nothing else is expected soon.
     is_last: bool,
@@ -42,7 +42,7 @@ pub(super) struct Renewal<M> {
     states: Vec<Arc<Snapshot>>,
 }
 
-impl<M: Machine> Renewal<M> {
+impl<M: Steppable> LiveRun<M> {
     fn new(setup: Setup, is_last: bool, present: &Present<M>) -> Self {
         Self {
             setup,
@@ -115,7 +115,7 @@ impl<M: Machine> Renewal<M> {
             elapsed: self.elapsed,
             unmeasured: Some(last),
         };
-        let renewed = Renewed { setup: self.setup, loaded: self.shape, states: self.states };
+        let renewed = LiveResult { setup: self.setup, loaded: self.shape, states: self.states };
         Some(Finished { present, renewed })
     }
 }
@@ -123,10 +123,10 @@ impl<M: Machine> Renewal<M> {
 /// What a renewal comes to.
 struct Finished<M> {
     present: Present<M>,
-    renewed: Renewed,
+    renewed: LiveResult,
 }
 
-impl<M: Machine> Engine<M> {
+impl<M: Steppable> Engine<M> {
     /// Takes the setup for the renewal to come.
     pub(super) fn renew(&mut self, setup: Setup, at_once: bool) {
         // Where the flag is raised, the order that raised it decides how it goes on.
@@ -144,14 +144,14 @@ impl<M: Machine> Engine<M> {
 
     fn begin_renewal(&mut self, setup: Setup, is_last: bool) {
         let Some(present) = &self.present else { return };
-        if !matches!(self.work, Work::Renew | Work::Linger) {
+        if !matches!(self.work, Goal::Renew | Goal::Linger) {
             self.renews_slowly = false;
         }
-        self.renewal = Some(Renewal::new(setup, is_last, present));
+        self.renewal = Some(LiveRun::new(setup, is_last, present));
         self.next_setup = None;
-        self.emit(Event::Renewing(setup));
-        if self.work != Work::Renew {
-            self.begin(Work::Renew);
+        self.emit(Event::LiveStarted(setup));
+        if self.work != Goal::Renew {
+            self.begin(Goal::Renew);
             self.announce();
         }
     }
@@ -164,7 +164,7 @@ impl<M: Machine> Engine<M> {
     pub(super) fn advance_renewal(&mut self) {
         let cancel = self.cancel.clone();
         let Some(renewal) = &mut self.renewal else {
-            self.work = Work::Nothing;
+            self.work = Goal::Nothing;
             self.announce();
             return;
         };
@@ -180,7 +180,7 @@ impl<M: Machine> Engine<M> {
             Err(Stop::Cancelled) => {}
             Err(stop) => {
                 self.drop_renewal();
-                self.work = Work::Nothing;
+                self.work = Goal::Nothing;
                 self.report(stop);
                 self.announce();
             }
@@ -195,14 +195,14 @@ impl<M: Machine> Engine<M> {
         let Some(Finished { present, renewed }) = renewal.finish() else { return };
         self.generation = present.shape.generation;
         self.present = Some(present);
-        self.emit(Event::Renewed(Arc::new(renewed)));
+        self.emit(Event::LiveFinished(Arc::new(renewed)));
         if let Some(setup) = self.next_setup.take() {
             self.begin_renewal(setup, false);
         } else if is_last || !self.held.is_empty() {
-            self.work = Work::Nothing;
+            self.work = Goal::Nothing;
             self.announce();
         } else {
-            self.work = Work::Linger;
+            self.work = Goal::Linger;
             self.pacer.make_due(Instant::now() + LINGER);
         }
     }

@@ -11,8 +11,8 @@ use crate::material::{Material, assert_same, workspace};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use superform::inference::Algorithm;
-use superform::project::{Event, Keeper, Opened, Origin};
-use superform::session::keeping::Found;
+use superform::project::{Autosave, Event, Opened, Origin};
+use superform::session::saving::Found;
 use superform::session::workspace::Workspace;
 use superform::worker::Snapshot;
 use tempfile::TempDir;
@@ -22,32 +22,32 @@ const PATIENCE: Duration = Duration::from_secs(300);
 /// Names the folder to the child that is to be killed.
 const FOLDER: &str = "SUPERFORM_TEST_KEEPER_FOLDER";
 
-fn keeper(folder: &Path) -> Keeper {
-    Keeper::spawn(Some(folder.to_owned()), || {}).unwrap()
+fn autosave(folder: &Path) -> Autosave {
+    Autosave::spawn(Some(folder.to_owned()), || {}).unwrap()
 }
 
 /// The first event that is wanted.
-fn wait<T>(keeper: &mut Keeper, wanted: impl Fn(Event) -> Option<T>) -> T {
+fn wait<T>(autosave: &mut Autosave, wanted: impl Fn(Event) -> Option<T>) -> T {
     loop {
-        let event = keeper.next_event(PATIENCE).expect("the keeper has fallen silent");
+        let event = autosave.next_event(PATIENCE).expect("the keeper has fallen silent");
         if let Some(found) = wanted(event) {
             return found;
         }
     }
 }
 
-fn keep(keeper: &mut Keeper, workspace: &Workspace) {
-    let number = keeper.keep(workspace.clone());
-    wait(keeper, |event| matches!(event, Event::Kept(n) if n == number).then_some(()));
+fn keep(autosave: &mut Autosave, workspace: &Workspace) {
+    let number = autosave.keep(workspace.clone());
+    wait(autosave, |event| matches!(event, Event::Kept(n) if n == number).then_some(()));
 }
 
-fn found(keeper: &mut Keeper) -> Vec<Found> {
-    wait(keeper, |event| if let Event::Found(found) = event { Some(found) } else { None })
+fn found(autosave: &mut Autosave) -> Vec<Found> {
+    wait(autosave, |event| if let Event::Found(found) = event { Some(found) } else { None })
 }
 
-fn open(keeper: &mut Keeper, origin: Origin, unsaved: Option<Workspace>) -> Opened {
-    keeper.open(origin, unsaved);
-    *wait(keeper, |event| match event {
+fn open(autosave: &mut Autosave, origin: Origin, unsaved: Option<Workspace>) -> Opened {
+    autosave.open(origin, unsaved);
+    *wait(autosave, |event| match event {
         Event::Opened { opened, .. } => Some(opened),
         Event::Failed { what, error } => panic!("{what}: {error}"),
         _ => None,
@@ -78,10 +78,10 @@ fn grown(material: &Material, count: usize) -> Material {
 #[ignore = "not a test by itself: another starts it and kills it"]
 fn child_that_is_killed() {
     let folder = std::env::var_os(FOLDER).unwrap();
-    let mut keeper = keeper(Path::new(&folder));
+    let mut autosave = autosave(Path::new(&folder));
     let long = grown(&material(), 2000);
     for count in 1..long.states.len() {
-        keep(&mut keeper, &workspace(long.document(count), &[long.document(1)], &[]));
+        keep(&mut autosave, &workspace(long.document(count), &[long.document(1)], &[]));
         println!("\nkept {count}");
         std::io::stdout().flush().unwrap();
     }
@@ -112,10 +112,10 @@ fn a_killed_process_loses_at_most_its_last_state() {
         child.kill().unwrap();
         child.wait().unwrap();
         let last = std::iter::from_fn(kept).last().unwrap_or(at);
-        let mut keeper = keeper(place.path());
-        let [found] = &found(&mut keeper)[..] else { panic!("one process was killed") };
+        let mut autosave = autosave(place.path());
+        let [found] = &found(&mut autosave)[..] else { panic!("one process was killed") };
         assert!(found.summary.to_string().starts_with("pipe.xyz, iteration "), "{}", found.summary);
-        let opened = open(&mut keeper, Origin::Recovered(found.id), None);
+        let opened = open(&mut autosave, Origin::Recovered(found.id), None);
         let states = opened.workspace.document.timeline.states().len();
         assert!(states == last || states == last + 1, "{states} of {last} states");
         assert_eq!(opened.workspace.undo.done().len(), 1);
@@ -127,15 +127,15 @@ fn what_was_left_behind_is_offered_to_one_until_it_is_recovered_or_discarded() {
     let place = TempDir::new().unwrap();
     let material = material();
     let [first, second] = [1, 2].map(|count| workspace(material.document(count), &[], &[]));
-    let [mut one, mut other] = [keeper(place.path()), keeper(place.path())];
+    let [mut one, mut other] = [autosave(place.path()), autosave(place.path())];
     keep(&mut one, &first);
     keep(&mut other, &second);
     drop((one, other));
     // Both end without a word.
-    let mut next = keeper(place.path());
+    let mut next = autosave(place.path());
     let offers = found(&mut next);
     assert_eq!(offers.len(), 2);
-    let mut third = keeper(place.path());
+    let mut third = autosave(place.path());
     keep(&mut third, &first);
     drop(third);
     // The third was not offered the two that the next one holds, and its own is left behind now.
@@ -145,7 +145,7 @@ fn what_was_left_behind_is_offered_to_one_until_it_is_recovered_or_discarded() {
     // In the order of orders: this is answered when all before it is done.
     keep(&mut next, &newest.workspace);
     drop(next);
-    let mut last = keeper(place.path());
+    let mut last = autosave(place.path());
     let offers = found(&mut last);
     let summaries: Vec<_> = offers.iter().map(|f| f.summary.primitives).collect();
     assert_eq!(offers.len(), 2, "{summaries:?}");
@@ -161,15 +161,15 @@ fn a_window_that_is_closed_leaves_its_unsaved_work_as_the_last_session() {
     let place = TempDir::new().unwrap();
     let material = material();
     let [first, second, third] = [1, 2, 3].map(|count| workspace(material.document(count), &[], &[]));
-    let mut saved = keeper(place.path());
+    let mut saved = autosave(place.path());
     keep(&mut saved, &first);
     saved.close(None);
     assert_eq!(files(place.path()), [""; 0], "nothing is left of saved work");
-    let mut unsaved = keeper(place.path());
+    let mut unsaved = autosave(place.path());
     keep(&mut unsaved, &first);
     unsaved.close(Some(second.clone()));
     assert_eq!(files(place.path()), ["last.superform"]);
-    let mut next = keeper(place.path());
+    let mut next = autosave(place.path());
     assert!(wait(&mut next, |event| if let Event::HasLast(has) = event { Some(has) } else { None }));
     // What stood in the window changes places with it.
     let opened = open(&mut next, Origin::Last, Some(third.clone()));
@@ -199,15 +199,15 @@ fn a_session_is_saved_by_the_thread_and_comes_back() {
     let material = material();
     let session = workspace(material.branched(&[1, 3]), &[material.document(2)], &[]);
     // Without a folder for journals, files can be written all the same.
-    let mut keeper = Keeper::spawn(None, || {}).unwrap();
-    keeper.keep(session.clone());
-    keeper.save(path.clone(), session.clone());
-    wait(&mut keeper, |event| matches!(event, Event::Saved { .. }).then_some(()));
-    let opened = open(&mut keeper, Origin::File(path.clone()), None);
+    let mut autosave = Autosave::spawn(None, || {}).unwrap();
+    autosave.keep(session.clone());
+    autosave.save(path.clone(), session.clone());
+    wait(&mut autosave, |event| matches!(event, Event::Saved { .. }).then_some(()));
+    let opened = open(&mut autosave, Origin::File(path.clone()), None);
     assert_same(&opened.workspace, &session);
-    keeper.save(path.join("in a file"), session);
+    autosave.save(path.join("in a file"), session);
     let error =
-        wait(&mut keeper, |event| if let Event::Failed { error, .. } = event { Some(error) } else { None });
+        wait(&mut autosave, |event| if let Event::Failed { error, .. } = event { Some(error) } else { None });
     assert!(error.contains("cannot write"), "{error}");
 }
 
@@ -216,20 +216,20 @@ fn trouble_with_the_disk_is_told_once_and_over_when_it_is_over() {
     let place = TempDir::new().unwrap();
     let folder = place.path().join("state");
     std::fs::write(&folder, "in the way").unwrap();
-    let mut keeper = keeper(&folder);
+    let mut autosave = autosave(&folder);
     let session = workspace(material().document(2), &[], &[]);
-    keeper.keep(session.clone());
-    let text = wait(&mut keeper, |event| if let Event::NotKept(text) = event { Some(text) } else { None });
+    autosave.keep(session.clone());
+    let text = wait(&mut autosave, |event| if let Event::NotKept(text) = event { Some(text) } else { None });
     assert!(
         text.contains("state") && text.contains("save the session elsewhere") && !text.contains("room"),
         "{text}"
     );
-    keeper.keep(session.clone());
-    keeper.save(place.path().join("a.superform"), session.clone());
-    let next = keeper.next_event(PATIENCE).unwrap();
+    autosave.keep(session.clone());
+    autosave.save(place.path().join("a.superform"), session.clone());
+    let next = autosave.next_event(PATIENCE).unwrap();
     assert!(matches!(next, Event::Saved { .. }), "it is not told again: {next:?}");
     std::fs::remove_file(&folder).unwrap();
-    keep(&mut keeper, &session);
-    keeper.close(Some(session));
+    keep(&mut autosave, &session);
+    autosave.close(Some(session));
     assert_eq!(files(&folder), ["last.superform"]);
 }

@@ -8,7 +8,7 @@ use super::theme::{self, Palette};
 use super::widgets::{dialog_body, dialog_width};
 use crate::session::Session;
 use crate::session::action::Action;
-use crate::session::keeping::{Found, Opening, Parting, PartingAnswer, ago};
+use crate::session::saving::{Found, Opening, Parting, PartingAnswer, ago};
 
 /// Width of a question, in logical pixels.
 const WIDTH: f32 = 440.0;
@@ -16,10 +16,10 @@ const WIDTH: f32 = 440.0;
 const BUTTONS: f32 = theme::ROW + 16.0;
 
 pub(super) fn show(ctx: &Context, session: &Session, actions: &mut Vec<Action>) {
-    if let Some(parting) = session.keeping.parting() {
+    if let Some(parting) = session.saving.parting() {
         about_unsaved(ctx, parting, actions);
-    } else if !session.keeping.found().is_empty() {
-        about_found(ctx, session.keeping.found(), actions);
+    } else if !session.saving.found().is_empty() {
+        about_found(ctx, session.saving.found(), actions);
     }
 }
 
