@@ -408,7 +408,7 @@ impl Moves {
 fn entry<'a, T>(list: &'a [T], index: usize, what: &str) -> Result<&'a T, Fault> {
     list.get(index).ok_or_else(|| {
         let number = list.len();
-        Fault::whole(format!("it refers to {what} {index}, but has only {number}; export the shape again"))
+        Fault::whole(format!("it refers to {what} {index}, but has {number}; export the shape again"))
     })
 }
 
