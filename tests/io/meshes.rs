@@ -365,7 +365,7 @@ fn gltf_that_is_broken_is_refused() {
             "\"extensionsRequired\": [\"KHR_draco_mesh_compression\"], \"nodes\"",
             "without compression",
         ),
-        ("[{\"mesh\": 0}]", "[{\"mesh\": 3}]", "mesh 3, but has only 1"),
+        ("[{\"mesh\": 0}]", "[{\"mesh\": 3}]", "mesh 3, but has 1"),
         (
             "[{\"mesh\": 0}]",
             "[{\"children\": [1]}, {\"children\": [2]}, {\"children\": [1]}]",
@@ -377,7 +377,7 @@ fn gltf_that_is_broken_is_refused() {
         ("\"count\": 5", "\"count\": 500000000000", "room for 5 elements, but 500000000000"),
         ("\"byteLength\": 60", "\"byteLength\": 6000", "should have at least 6000 bytes, but has 68"),
         ("\"byteOffset\": 60", "\"byteOffset\": 18446744073709551615", "truncated"),
-        ("\"componentType\": 5126", "\"componentType\": 5555", "unknown type 5555"),
+        ("\"componentType\": 5126", "\"componentType\": 5555", "unknown number type 5555"),
         ("\"bufferView\": 0, ", "\"byteOffset\": 4000000000, \"bufferView\": 0, ", "truncated"),
         ("data:application", "https://elsewhere", "in a different location"),
         (";base64,", ";base64,!", "not valid base64"),
@@ -434,7 +434,7 @@ fn known_files_have_their_known_places() {
     for (path, words) in [
         ("hard/truncated.stl", "declares 428 triangles, but the file has room for at most 98"),
         ("hard/truncated.glb", "truncated"),
-        ("hard/text_renamed.stl", "line 1: “This”"),
+        ("hard/text_renamed.stl", "line 1: unexpected “This”"),
         ("hard/tm_stl_empty_bin.stl", "no triangles"),
         ("hard/as_OutOfMemory.off", "353535235358 vertices are declared"),
     ] {

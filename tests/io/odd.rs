@@ -98,7 +98,7 @@ fn odd_obj() {
         (
             "a.obj",
             text(&format!("{}l 1 2\n", "v 1 2 3\n".repeat(1000))),
-            Cloud(1000, "no faces, only 1 line: its vertices were read as a point cloud"),
+            Cloud(1000, "no faces, only 1 line; its vertices were read as a point cloud"),
         ),
         ("a.obj", text(&OBJ.replace("f 1 2 3", "p 1 2 3")), Cloud(3, "")),
         // A backslash goes on with numbers only.

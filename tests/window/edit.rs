@@ -162,7 +162,7 @@ fn locked_ones_stay_bit_for_bit_when_the_run_starts_over() {
     // Also by key, which says why, and says it once.
     for times in ["Delete", "Delete (×2)"] {
         driver.key(Modifiers::NONE, Key::Delete);
-        assert!(driver.shows("unlock it first") && driver.shows(times), "{times}");
+        assert!(driver.shows("Unlock the primitive first") && driver.shows(times), "{times}");
         assert_eq!(driver.harness.query_all_by_label_contains("unlock it first").count(), 1);
     }
     driver.press("Reset");

@@ -87,7 +87,7 @@ fn a_click_on_a_plot_or_the_lane_jumps_and_hovering_tells() {
 #[test]
 fn playing_reaches_the_end() {
     let mut driver = Driver::finished();
-    driver.choose("Play speed", "2 a second");
+    driver.choose("Play speed", "2 per second");
     driver.press("First state");
     driver.press("Play");
     assert!(driver.has_button("Stop playback") && !driver.has_button("Play"));
