@@ -10,7 +10,7 @@ use crate::code::{Crate, Source, names_crate};
 /// Modules whose files are still entangled, so that nothing is said of them. Whoever
 /// disentangles one takes it off.
 const ENTANGLED: [&str; 5] = [
-    // Steps and merges are implemented on the state that they are declared beside.
+    // `Abstraction` and the sampler that makes it.
     "inference",
     // The engine and what it renews are two halves of one type.
     "worker",
