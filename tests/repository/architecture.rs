@@ -9,16 +9,11 @@ use crate::code::{Crate, Source, names_crate};
 
 /// Modules whose files are still entangled, so that nothing is said of them. Whoever
 /// disentangles one takes it off.
-const ENTANGLED: [&str; 5] = [
-    // `Abstraction` and the sampler that makes it.
-    "inference",
+const ENTANGLED: [&str; 4] = [
     // The engine and what it renews are two halves of one type.
-    "worker",
-    // Each part is a field of `Session`, and has methods of `Session`.
-    "session",
-    // Views know the widgets of those that they stand beside.
-    "ui",
-    // `App` and what it keeps.
+    "worker", // Each part is a field of `Session`, and has methods of `Session`.
+    "session", // Views know the widgets of those that they stand beside.
+    "ui", // `App` and what it keeps.
     "app",
 ];
 
@@ -111,6 +106,40 @@ fn files_of_a_module_use_one_another_in_no_circle() {
             faults.push(format!("{} use one another in a circle: move what they share", files.join(" → ")));
         }
     }
+    assert!(faults.is_empty(), "\n{}", faults.join("\n"));
+}
+
+/// The layers of a module as its documentation has them, the highest first.
+fn layers(documentation: &str) -> Vec<Vec<String>> {
+    let rows = documentation.lines().filter_map(|line| line.strip_prefix("//! | `")?.split('|').next());
+    rows.map(|cell| format!("`{cell}").split('`').skip(1).step_by(2).map(str::to_owned).collect()).collect()
+}
+
+#[test]
+fn layers_of_the_inference_use_only_those_below_them() {
+    let all = Crate::read(&root());
+    let layers = layers(&fs::read_to_string(root().join("inference/mod.rs")).unwrap());
+    let rank = |name: &str| layers.iter().position(|layer| layer.iter().any(|module| module == name));
+    let mut faults = Vec::new();
+    let mut seen = 0;
+    for (module, source) in &all.sources {
+        let [top, own, ..] = &module[..] else { continue };
+        if top != "inference" || own == "tests" {
+            continue;
+        }
+        let own_rank = rank(own).unwrap_or_else(|| panic!("{own} is no layer of src/inference/mod.rs"));
+        for path in all.named(module).filter(|path| path.len() > 1 && path[0] == "inference") {
+            seen += 1;
+            if rank(&path[1]).is_none_or(|used| used < own_rank) {
+                faults.push(format!(
+                    "{} uses {}, which is no layer below {own}",
+                    source.name,
+                    path.join("::")
+                ));
+            }
+        }
+    }
+    assert!(seen > 100, "only {seen} uses were found");
     assert!(faults.is_empty(), "\n{}", faults.join("\n"));
 }
 
