@@ -184,7 +184,10 @@ fn las_that_lies_is_refused_before_it_costs_memory() {
                     with(&with(&good, 107, &[0; 4]), 247, &huge),
                     "byte 247: the header declares 1099511627776 points",
                 ),
-                (with(&good, 107, &u32::MAX.to_le_bytes()), "byte 107: the header declares 4294967295 points"),
+                (
+                    with(&good, 107, &u32::MAX.to_le_bytes()),
+                    "byte 107: the header declares 4294967295 points",
+                ),
                 (
                     with(&good, 96, &u32::MAX.to_le_bytes()),
                     "byte 96: the points should start at byte 4294967295",
