@@ -243,7 +243,7 @@ fn dialogs_fit_into_small_windows_with_their_buttons() {
         check(&mut driver, "picture", &[(Role::Button, "Choose file and save…"), (Role::Button, "Cancel")]);
         driver.key(Modifiers::NONE, Key::Escape);
         driver.key(Modifiers::COMMAND | Modifiers::SHIFT, Key::P);
-        driver.harness.event(egui::Event::Text("forget recent".to_owned()));
+        driver.harness.event(egui::Event::Text("clear recent".to_owned()));
         check(&mut driver, "commands", &[(Role::Button, "Clear recent files")]);
         driver.key(Modifiers::NONE, Key::Escape);
         driver.key(Modifiers::NONE, Key::F1);
