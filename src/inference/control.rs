@@ -24,22 +24,22 @@ impl Cancel {
 #[derive(Debug, thiserror::Error)]
 pub enum InferenceError {
     #[error(
-        "there {are} {points} distinct {noun}, but a primitive needs more than {SMALLEST_CLUSTER}; give a \
-         cloud with more points, or a mesh with its faces",
+        "there {are} {points} distinct {noun}, but a primitive needs more than {SMALLEST_CLUSTER}; use a \
+         cloud with more points, or a mesh with faces",
         are = if *points == 1 { "is" } else { "are" },
         noun = if *points == 1 { "point" } else { "points" },
     )]
     TooFewPoints { points: usize },
     /// A run came to its end without a result.
     #[error(
-        "no primitive was found: none of the {points} samples lies on one; give a shape with more points or \
-         less noise, or take another method or a lower p0"
+        "no primitives were found for the {points} samples; use a shape with more points or less noise, another \
+         method, or a lower p0"
     )]
     NoPrimitives { points: usize },
     #[error("{0}")]
     Params(String),
     /// A saved state that no run can go on from.
-    #[error("the saved state can't be continued: {0}; start the run again")]
+    #[error("the saved state cannot be continued: {0}; start a new run")]
     Checkpoint(String),
     /// An edit that can't be made, and what to do about it.
     #[error("{0}")]

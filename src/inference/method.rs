@@ -63,18 +63,18 @@ impl Method {
     pub fn tooltip(self) -> &'static str {
         match self {
             Self::Default => {
-                "The paper's sampler, merged and refined by two-way error and cost of primitives: the best \
-                 results"
+                "The paper's sampler, with merging and refinement by two-way error and cost of primitives. Gives \
+                 the best results"
             }
             Self::Paper => "The steps, thresholds and defaults of the paper and its authors' program",
-            Self::WithoutMerge => "The paper's sampler, whose primitives stay unmerged",
-            Self::KMeans => "K clusters by k-means, and one fit to each",
+            Self::WithoutMerge => "The paper's sampler without merging",
+            Self::KMeans => "K clusters by k-means, each fitted with one primitive",
             Self::Ems => {
-                "One primitive for the whole shape; points that it doesn't explain are outliers and stay \
+                "One primitive for the whole shape. Points that it does not explain are outliers and stay \
                  unassigned"
             }
             Self::HierarchicalEms => {
-                "One primitive with outliers, then one for each part of the outliers, and so on"
+                "One primitive with outliers, then one for each connected part of the outliers, and so on"
             }
         }
     }

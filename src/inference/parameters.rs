@@ -265,12 +265,10 @@ impl Params {
     pub fn why_unread(&self, setting: Setting) -> Option<String> {
         (!self.reads(setting)).then(|| match (self.algorithm, setting) {
             (Algorithm::Sampler, Setting::OutlierPrior) => {
-                "The sampler has no class of outliers; EMS and hierarchical EMS read this".to_owned()
+                "The sampler does not use this; EMS and hierarchical EMS do".to_owned()
             }
-            (Algorithm::Sampler, _) => {
-                "Only merging by energy and the refinement at the end read this".to_owned()
-            }
-            (other, _) => format!("{} doesn't read this", other.title()),
+            (Algorithm::Sampler, _) => "Only merging by energy and the final refinement use this".to_owned(),
+            (other, _) => format!("{} does not use this", other.title()),
         })
     }
 
@@ -303,7 +301,7 @@ impl Params {
             if !(value >= low && value <= high) {
                 let [value, low, high] = [value, low, high].map(brief);
                 return Err(format!(
-                    "{} is {value}, but must lie between {low} and {high}",
+                    "{} is {value}, but must be between {low} and {high}",
                     parameter.spoken()
                 ));
             }
@@ -360,7 +358,7 @@ mod tests {
     fn numbers_out_of_their_limits_are_told_in_few_digits() {
         for (p0, text) in [(1e300, "1e300"), (-1e-300, "-1e-300"), (f64::NAN, "NaN"), (20.0, "20")] {
             let problem = Params { p0, ..Params::default() }.check().unwrap_err();
-            assert_eq!(problem, format!("p0 is {text}, but must lie between 1e-6 and 10"));
+            assert_eq!(problem, format!("p0 is {text}, but must be between 1e-6 and 10"));
         }
     }
 }

@@ -236,8 +236,7 @@ fn a_run_that_finds_nothing_says_so_at_its_end() {
         worker.send(Command::Run);
         let events = until_idle(&mut worker);
         assert_eq!(failures(&events), failed, "{events:?}");
-        let said =
-            |e: &Event| matches!(e, Event::Failed { error, .. } if error.contains("no primitive was found"));
+        let said = |e: &Event| matches!(e, Event::Failed { error, .. } if error.contains("no primitives were found"));
         assert_eq!(events.iter().filter(|e| said(e)).count(), failed);
     }
 }

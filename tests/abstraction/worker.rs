@@ -247,7 +247,7 @@ fn a_shape_that_has_changed_or_gone_is_not_taken_and_said_so() {
     // Another file under the same name, of the same size and number of points; then none.
     let other = String::from_utf8(tube()).unwrap().replacen("9 9 9", "9 9 8", 1);
     std::fs::write(&shape, other).unwrap();
-    for words in [["the content of tube.xyz", "segmented cloud"], ["not found at", "import them"]] {
+    for words in [["tube.xyz has changed", "segmented cloud"], ["not found at", "import them"]] {
         let (loaded, state) = opened(&mut worker, &place.join("out"));
         assert_eq!(loaded.shape.path, None);
         assert!(words.iter().all(|word| note(&loaded).contains(word)), "{}", note(&loaded));

@@ -261,7 +261,7 @@ fn what_makes_no_sense_is_refused_before_anything_runs() {
         (&["."], "no shapes in the folder"),
         (&["--manifest", "gone.csv"], "cannot read the manifest gone.csv"),
         (&["--manifest", "column.csv"], "column.csv, line 1: unknown column “alpah”"),
-        (&["--manifest", "value.csv"], "value.csv, line 4, column alpha: alpha is -3, but must lie between"),
+        (&["--manifest", "value.csv"], "value.csv, line 4, column alpha: alpha is -3, but must be between"),
         (
             &["--manifest", "word.jsonl"],
             "word.jsonl, line 1, column points: “many” is not a non-negative whole number",
@@ -273,7 +273,7 @@ fn what_makes_no_sense_is_refused_before_anything_runs() {
             "line 2, column alpha: --sweep also sets alpha",
         ),
         (&["--manifest", "good.csv", "shapes/a.xyz"], "cannot be used with"),
-        (&["shapes", "--sweep", "alpha=0.1,900"], "--sweep alpha: alpha is 900, but must lie between"),
+        (&["shapes", "--sweep", "alpha=0.1,900"], "--sweep alpha: alpha is 900, but must be between"),
         (&["shapes", "--sweep", "alpah=1"], "“alpah” is not a setting"),
         (&["shapes", "--sweep", "alpha=1", "shapes"], "write inputs before --sweep"),
         (&["shapes", "--method", "kmeans", "--alpha", "1"], "none of the methods uses --alpha"),

@@ -228,7 +228,7 @@ fn a_run_that_finds_nothing_is_a_failure() {
     let run = |inputs: &[&str]| {
         superform(folder.path(), &[&["run"], inputs, &["-o", "out", "--method", "hierarchical-ems"]].concat())
     };
-    let words = "no primitive was found: none of the 30 samples lies on one; give a shape with more points";
+    let words = "no primitives were found for the 30 samples; use a shape with more points";
     let output = run(&["few.xyz"]);
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains(words), "{}", stderr(&output));
@@ -255,12 +255,12 @@ fn a_command_line_that_makes_no_sense_is_refused() {
         (&["run"][..], "required"),
         (&["run", "a.obj"], "--output"),
         (&["--points", "many"], "many"),
-        (&["run", "a.obj", "-o", "out", "--alpha", "-3"], "alpha is -3, but must lie between"),
+        (&["run", "a.obj", "-o", "out", "--alpha", "-3"], "alpha is -3, but must be between"),
         (&["--preset", "best"], "paper"),
         (&["--method", "best"], "hierarchical-ems"),
         (&["run", "a.obj", "-o", "out", "--method", "kmeans", "--p0", "1"], "does not use --p0"),
         (&["--seed", "-1"], "'-1' for '--seed <S>': expected a non-negative whole number"),
-        (&["--p0", "1e300"], "p0 is 1e300, but must lie between 1e-6 and 10"),
+        (&["--p0", "1e300"], "p0 is 1e300, but must be between 1e-6 and 10"),
         (&["runn", "a.obj"], "runn is neither a command nor an existing file"),
         (&["--screenshot", "a.png", "--headless"], "cannot be used with"),
     ] {

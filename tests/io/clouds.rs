@@ -194,7 +194,10 @@ fn las_that_lies_is_refused_before_it_costs_memory() {
                 ),
                 (with(&good, 100, &u32::MAX.to_le_bytes()), "byte 100: 4294967295 records"),
                 (with(&good, 94, &[0xff; 2]), "byte 94: the header declares 65535 bytes"),
-                (with(&good, 104, &[if compressed { 0x80 + 40 } else { 40 }]), "byte 104: point format 40"),
+                (
+                    with(&good, 104, &[if compressed { 0x80 + 40 } else { 40 }]),
+                    "byte 104: unknown point format 40",
+                ),
                 (with(&good, 105, &[1, 0]), "byte 105: a point of format"),
                 (with(&good, 25, &[9]), "byte 24: it is LAS 1.9"),
                 (with(&good, 131, &[0; 8]), "byte 131: x has the scale 0"),

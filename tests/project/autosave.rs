@@ -93,7 +93,7 @@ fn a_killed_process_loses_at_most_its_last_state() {
     for _ in 0..8 {
         let place = TempDir::new().unwrap();
         let mut child = Command::new(std::env::current_exe().unwrap())
-            .args(["--exact", "keeper::child_that_is_killed", "--ignored", "--nocapture"])
+            .args(["--exact", "autosave::child_that_is_killed", "--ignored", "--nocapture"])
             .env(FOLDER, place.path())
             .stdout(Stdio::piped())
             .spawn()

@@ -11,9 +11,9 @@ use crate::code::{Crate, Source, names_crate};
 /// disentangles one takes it off.
 const ENTANGLED: [&str; 4] = [
     // The engine and what it renews are two halves of one type.
-    "worker", // Each part is a field of `Session`, and has methods of `Session`.
+    "worker",  // Each part is a field of `Session`, and has methods of `Session`.
     "session", // Views know the widgets of those that they stand beside.
-    "ui", // `App` and what it keeps.
+    "ui",      // `App` and what it keeps.
     "app",
 ];
 

@@ -161,7 +161,7 @@ fn a_method_is_chosen_run_and_seen() {
     }
     driver.harness.get_by_role_and_label(Role::Slider, "Concentration α").hover();
     driver.harness.run_steps(8);
-    assert!(driver.shows("K-means doesn't read this"), "a grey slider says why");
+    assert!(driver.shows("K-means does not use this"), "a grey slider says why");
     driver.press("Run");
     driver.settle();
     let phase = driver.session().phase();

@@ -92,7 +92,7 @@ fn collect(folder: &Path, rows: &mut Vec<Row>) -> std::io::Result<()> {
 /// What a folder is asked for that results are to be merged in.
 fn must_be_folder(path: &Path) -> anyhow::Result<()> {
     if !path.is_dir() {
-        bail!("{} is not a folder; give the one that the runs wrote to", path.display());
+        bail!("{} is not a folder; give the output folder of the runs", path.display());
     }
     Ok(())
 }

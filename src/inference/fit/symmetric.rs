@@ -17,7 +17,7 @@ use crate::inference::fit::levenberg_marquardt::{Objective, descend};
 /// square.
 pub(crate) const PSEUDO_HUBER_DELTA: f64 = 0.12;
 /// Area of the surface that one point stands for, in squared mean spacings:
-/// between the square (0.86) and the hexagonal (0.87) lattice and blue noise.
+/// 0.85 on a square lattice, 0.87 on a hexagonal one, somewhat more for blue noise.
 const AREA_PER_POINT: f64 = 0.9;
 /// Surface this many mean spacings inside another primitive is hidden: faces by
 /// which two primitives abut don't count.

@@ -1,19 +1,11 @@
-//! Energy: one number for "the points are near", "there is nothing else" and
-//! "few".
+//! The energy: one number for how near the points are, how much else there is,
+//! and how few primitives do.
 //!
 //! ```text
 //! E = Σ_points ρ(d(x, primitives)) + Σ_visible surface ρ(d(s, cloud)) + price(K)
 //! ```
 //!
-//! Points count alike, the surface by its area in points' worth, so that the
-//! first two terms are the two sides of the Chamfer-L1 distance between the
-//! primitives' union and the cloud, in mean spacings times
-//! 2N (as far as the cloud is even: a point stands for 0.9·s̄² of surface). The
-//! price of the primitives is a share of that, too: one more has to lower the
-//! error by so much. It grows as K^0.6: of a shape that has many parts
-//! already one more says less about how simple it is. Unlike a likelihood of the
-//! points it knows when a
-//! primitive sticks out over empty space.
+//! docs/method.md explains the terms and says where each constant comes from.
 
 use crate::geometry::{Superquadric, kernel};
 use crate::inference::data::model::Model;

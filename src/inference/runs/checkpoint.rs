@@ -140,23 +140,23 @@ impl Checkpoint {
         }
         if self.iteration >= MOST_ITERATIONS || self.next_id > MOST_IDS || self.next_revision > MOST_REVISIONS
         {
-            return Some("its counters are out of their limits".to_owned());
+            return Some("its counters are out of range".to_owned());
         }
         let mut ids: Vec<u32> = self.clusters.iter().map(|c| c.id).collect();
         ids.sort_unstable();
         ids.dedup();
         if ids.len() < count || ids.last().is_some_and(|&id| id >= self.next_id) {
-            return Some("two clusters share an id, or one has an id to come".to_owned());
+            return Some("two clusters have the same id, or an id is too large".to_owned());
         }
         for Cluster { id, revision, shape, sigma, .. } in &self.clusters {
             if shape.check(&Bounds::RUN).is_err() {
-                return Some(format!("the shape of primitive {id} is out of its limits"));
+                return Some(format!("the shape of primitive {id} is out of range"));
             }
             if !is_sigma(*sigma) {
                 return Some(format!("σ of primitive {id} is {sigma}"));
             }
             if *revision >= self.next_revision {
-                return Some(format!("primitive {id} has a revision to come"));
+                return Some(format!("primitive {id} has an invalid revision"));
             }
         }
         self.problem_of_work(points)
@@ -184,7 +184,7 @@ impl Checkpoint {
             }),
             _ => false,
         };
-        (!is_fine).then(|| "what it has left to do doesn't fit its algorithm and state".to_owned())
+        (!is_fine).then(|| "its remaining work does not match its algorithm and state".to_owned())
     }
 
     /// The state that it was taken of, on that state's model.

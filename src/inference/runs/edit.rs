@@ -126,7 +126,7 @@ impl Sampler {
         if iterations > Setting::Iterations.most() {
             let (made, most) = (self.state.iteration, Setting::Iterations.most());
             return refuse(format!(
-                "{made} iterations are made, and a run has {most} at most; ask for fewer, or reset"
+                "the run already has {made} of at most {most} iterations; ask for fewer, or reset the run"
             ));
         }
         self.params.iterations = iterations;
@@ -138,7 +138,7 @@ impl Sampler {
 
     fn index_of(&self, id: u32) -> Outcome<usize> {
         self.state.clusters.iter().position(|c| c.id == id).map_or_else(
-            || refuse(format!("there is no primitive {id} in this state; select one that there is")),
+            || refuse(format!("there is no primitive {id} in this state; select another one")),
             Ok,
         )
     }
@@ -318,7 +318,7 @@ impl Sampler {
     fn merge(&mut self, ids: &[u32], cancel: &Cancel) -> Outcome<Vec<Occurrence>> {
         let ids = listed(ids);
         if ids.len() < 2 {
-            return refuse("a merge needs two primitives or more; select another one");
+            return refuse("a merge needs at least two primitives; select another one");
         }
         let list: Vec<usize> = ids.iter().map(|&id| self.unlocked(id)).collect::<Outcome<_>>()?;
         let mut points: Vec<u32> = list.iter().flat_map(|&j| self.members_of(j)).collect();
@@ -338,12 +338,12 @@ impl Sampler {
         let revisions = list.map(|j| self.state.clusters[j].revision);
         if a == b || revisions != [proposal.revisions.0, proposal.revisions.1] {
             return refuse(format!(
-                "{a} and {b} have changed since their merge was proposed; have it proposed again"
+                "{a} and {b} have changed since their merge was proposed; request a new proposal"
             ));
         }
         let Union { shape, sum_d2, .. } = proposal.normalised;
         if !(shape.check(&Bounds::RUN).is_ok() && sum_d2 >= 0.0 && sum_d2.is_finite()) {
-            return refuse("the proposed primitive is none; have it proposed again");
+            return refuse("the proposed primitive is not valid; request a new proposal");
         }
         let change = union_change(&self.state, &self.params, &list, shape, sum_d2);
         let into = self.state.apply(change)[0];
@@ -358,7 +358,9 @@ impl Sampler {
         let members = self.members_of(j);
         let (n, least) = (members.len(), SMALLEST_CLUSTER + 1);
         if n < 2 * least {
-            return refuse(format!("{n} points are too few for two primitives, which need {least} each"));
+            return refuse(format!(
+                "{n} points are too few for two primitives, which need at least {least} each"
+            ));
         }
         let state = &self.state;
         let model = &state.model;
@@ -383,8 +385,8 @@ impl Sampler {
         let best = candidates.into_iter().min_by(|x, y| x.0.total_cmp(&y.0));
         let Some((_, [kept, left], [first, second])) = best else {
             return refuse(format!(
-                "no cut of primitive {id} leaves each part points enough; select those of one part and make \
-                 a new cluster of them"
+                "primitive {id} cannot be split into two parts with enough points; select the points of one part \
+                 and create a new cluster from them"
             ));
         };
         debug_assert!(kept.len() >= left.len());
@@ -482,7 +484,7 @@ impl Sampler {
         let kept = self.without(&listed(samples));
         let points = self.state.pinned.len() - kept.len();
         if points == 0 {
-            return refuse("none of these points is pinned; there is nothing to release");
+            return refuse("none of these points is pinned");
         }
         self.state.pinned = kept;
         Ok(vec![Occurrence::Released { points }])

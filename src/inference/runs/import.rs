@@ -23,7 +23,7 @@ impl Sampler {
         cancel: &Cancel,
     ) -> Outcome<Vec<Occurrence>> {
         if primitives.is_empty() {
-            return refuse("there are no primitives to take");
+            return refuse("there are no primitives to import");
         }
         if let Some(locked) = self.state.clusters.iter().find(|c| c.locked) {
             return refuse(format!("primitive {} is locked; unlock it first", locked.id));
@@ -41,16 +41,16 @@ impl Sampler {
             let normalised = self.state.model.normalization.normalized_shape(shape);
             if !(shape.is_valid() && normalised.check(&Bounds::RUN).is_ok()) {
                 return refuse(format!(
-                    "primitive {id} is none that can be sampled: an exponent is not between 0.01 and 2, it \
-                     is too large or too far from the points, or a number is not finite"
+                    "primitive {id} cannot be used: an exponent is not between 0.01 and 2, it is too large \
+                     or too far from the points, or a number is not finite"
                 ));
             }
             if *id >= MOST_IDS || !ids.insert(*id) {
-                return refuse(format!("the id {id} is too large, or belongs to two primitives"));
+                return refuse(format!("the id {id} is too large or is used twice"));
             }
             let sigma = sigma * self.state.model.normalization.scale();
             if !is_sigma(sigma) && sigma != 0.0 {
-                return refuse(format!("σ of primitive {id} is out of its limits"));
+                return refuse(format!("σ of primitive {id} is out of range"));
             }
             shapes.push(normalised);
             sigmas.push(sigma);

@@ -152,9 +152,8 @@ impl Sampler {
         if cancel.is_requested() {
             return Err(InferenceError::Cancelled);
         }
-        let judged = judged.ok_or_else(|| {
-            InferenceError::Edit(format!("no primitive can be fitted to the points of {a} and {b}"))
-        })?;
+        let judged = judged
+            .ok_or_else(|| InferenceError::Edit(format!("no primitive fits the points of {a} and {b}")))?;
         Ok(self.proposal(pair, judged))
     }
 

@@ -183,7 +183,7 @@ impl Run {
         match &mut self.0 {
             Kind::Sampler(run) => Ok(run),
             Kind::Baseline(run) => Err(InferenceError::Edit(format!(
-                "{} can't go on from a state that was changed by hand; run the sampler instead",
+                "{} cannot continue from an edited state; run the sampler instead",
                 run.params().algorithm.title()
             ))),
         }

@@ -121,7 +121,7 @@ fn a_damaged_checkpoint_is_refused_in_words() {
         ),
         (|c| c.clusters[0].sigma = 0.0, "σ"),
         (|c| c.clusters[0].revision = c.next_revision, "revision"),
-        (|c| c.work = Remaining::Fits(0), "left to do"),
+        (|c| c.work = Remaining::Fits(0), "remaining work"),
     ];
     for (harm, word) in harms {
         let mut bad = good.clone();

@@ -63,7 +63,7 @@ fn proposing_and_accepting_is_the_step() {
             let error =
                 by_hand.edit(&Edit::AcceptMerge { proposal: Box::new(proposal) }, &never()).unwrap_err();
             assert!(
-                error.to_string().contains("primitive") || error.to_string().contains("again"),
+                error.to_string().contains("primitive") || error.to_string().contains("new proposal"),
                 "{error}"
             );
             merges += 1;

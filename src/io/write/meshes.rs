@@ -58,8 +58,8 @@ fn obj_with_materials(
 ) -> Result<(), WriteError> {
     let materials = materials(path).filter(|_| colors);
     if colors && materials.is_none() {
-        let lost = "an OBJ has its colours in a file beside it, and here is no place for one: \
-                    they are left out";
+        let lost = "an OBJ stores its colours in a second file, which cannot be written here; they are \
+                    omitted";
         writing.notes.push(lost.to_owned());
     }
     let name = materials.as_deref().and_then(Path::file_name).map(|n| n.to_string_lossy());

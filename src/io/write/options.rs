@@ -158,10 +158,7 @@ impl ExportOptions {
     pub fn check(&self) -> Result<(), String> {
         let (least, most) = Self::RESOLUTION;
         if !(least..=most).contains(&self.resolution) {
-            return Err(format!(
-                "resolution is {}, but must lie between {least} and {most}",
-                self.resolution
-            ));
+            return Err(format!("resolution is {}, but must be between {least} and {most}", self.resolution));
         }
         for (name, value, (least, most)) in
             [("density", self.density, Self::DENSITY), ("scale", self.scale, Self::SCALE)]

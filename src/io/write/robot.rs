@@ -145,7 +145,9 @@ pub(super) fn stage(
     set: &PrimitiveSet<'_>,
 ) -> Result<(), WriteError> {
     if is_written_through(path) {
-        let problem = format!("{format} has meshes beside it, and here is no place for them; name a file");
+        let problem = format!(
+            "{format} stores meshes in separate files, which cannot be written here; give a file name"
+        );
         return Err(WriteError::Content { path: path.to_owned(), problem });
     }
     let robot = Robot::new(set, options, name(path)).map_err(content(path))?;
