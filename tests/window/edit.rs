@@ -163,7 +163,7 @@ fn locked_ones_stay_bit_for_bit_when_the_run_starts_over() {
     for times in ["Delete", "Delete (×2)"] {
         driver.key(Modifiers::NONE, Key::Delete);
         assert!(driver.shows("Unlock the primitive first") && driver.shows(times), "{times}");
-        assert_eq!(driver.harness.query_all_by_label_contains("unlock it first").count(), 1);
+        assert_eq!(driver.harness.query_all_by_label_contains("Unlock the primitive first").count(), 1);
     }
     driver.press("Reset");
     driver.settle();
