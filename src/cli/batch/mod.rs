@@ -21,5 +21,6 @@ mod work;
 pub(super) use inputs::is_one_file;
 pub use merge::MergeJob;
 pub(super) use plan::BatchArgs;
+#[cfg(feature = "window")]
 pub(super) use tally::failures;
 pub use work::BatchJob;

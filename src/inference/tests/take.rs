@@ -109,7 +109,7 @@ fn what_can_not_be_sampled_is_refused_and_nothing_changes() {
     let odd = Superquadric { taper: [f64::NAN, 0.0], ..good };
     for (list, part) in [
         (vec![], "no primitives"),
-        (vec![(3, good), (3, good)], "two primitives"),
+        (vec![(3, good), (3, good)], "used twice"),
         (vec![(u32::MAX, good)], "too large"),
         (vec![(1, good), (2, far)], "primitive 2"),
         (vec![(5, flat)], "primitive 5"),

@@ -103,7 +103,7 @@ impl Choice {
     }
 }
 
-/// How a file is written. Each format reads some of it, [`Format::choices`].
+/// How a file is written. Each format reads some of it, [`super::formats::Format::choices`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct ExportOptions {
