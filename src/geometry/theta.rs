@@ -99,8 +99,8 @@ impl fmt::Display for Invalid {
             Self::Exponent(value, bounds) => number("exponent", value, bounds),
             Self::SemiAxis(value, bounds) => number("semi-axis", value, bounds),
             Self::Taper(value, bounds) => number("taper", value, bounds),
-            Self::Center(value, _) if !value.is_finite() => write!(f, "the center is not finite"),
-            Self::Center(value, farthest) => number("coordinate of the center", value, (-farthest, farthest)),
+            Self::Center(value, _) if !value.is_finite() => write!(f, "the centre is not finite"),
+            Self::Center(value, farthest) => number("coordinate of the centre", value, (-farthest, farthest)),
             Self::Rotation => f.write_str("the rotation matrix is not a rotation"),
         }
     }

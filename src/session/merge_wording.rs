@@ -85,12 +85,12 @@ pub fn quantity(quantity: TestQuantity) -> (&'static str, &'static str, &'static
         TestQuantity::RelativeError => (
             "Relative error²",
             "",
-            "Mean of (r/|q|)², the radial error relative to the distance from the center. Good below 0.005, or \
+            "Mean of (r/|q|)², the radial error relative to the distance from the centre. Good below 0.005, or \
              if no larger than the worse of the two alone",
         ),
         TestQuantity::MeanSquare => (
             "Mean d²",
-            "normalized²",
+            "normalised²",
             "Mean squared radial distance. Good below the limit (0.001 in the first merge pass, 0.01 later), or \
              if smaller than the worse of the two alone",
         ),

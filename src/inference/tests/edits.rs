@@ -90,7 +90,7 @@ fn shapes_out_of_their_limits_are_refused_in_words() {
     broken[4].translation.x = f64::INFINITY;
     broken[5].semi_axes.x = 1e30;
     broken[6].rotation = nalgebra::Rotation3::from_matrix_unchecked(nalgebra::Matrix3::identity() * 2.0);
-    let words = ["exponent 2.5", "exponent NaN", "taper", "semi-axis", "center", "semi-axis", "rotation"];
+    let words = ["exponent 2.5", "exponent NaN", "taper", "semi-axis", "centre", "semi-axis", "rotation"];
     for (shape, word) in broken.into_iter().zip(words) {
         let text = refused(&mut run, &Edit::SetShape { id, shape });
         assert!(text.contains(word), "{text}");
