@@ -28,6 +28,30 @@
 //!
 //! `tests/repository/architecture.rs` reads this table and fails on a dependency that it
 //! does not allow, and where the files of a module use one another in a circle.
+//!
+//! # As a library
+//!
+//! ```
+//! use std::sync::Arc;
+//!
+//! use superform::geometry::SamplingOptions;
+//! use superform::inference::{Cancel, Params, Run};
+//! use superform::io;
+//!
+//! let shape = io::built_in()?; // or io::read("chair.obj".as_ref())?
+//! let sampling = SamplingOptions { points: 800, ..SamplingOptions::default() };
+//! let cloud = Arc::new(io::sample(&shape, &sampling)?);
+//!
+//! let (params, cancel) = (Params { iterations: 5, ..Params::default() }, Cancel::default());
+//! let mut run = Run::new(cloud, params, &cancel)?;
+//! while !run.is_finished() {
+//!     run.step(&cancel)?;
+//! }
+//! let result = run.abstraction();
+//! assert!(!result.primitives.is_empty());
+//! assert_eq!(result.labels.len(), 800); // for each sample the id of its primitive
+//! # Ok::<(), Box<dyn std::error::Error>>(())
+//! ```
 
 pub mod cli;
 pub mod geometry;
