@@ -1,8 +1,6 @@
 //! Changes of the clusters. Whatever a move, a merge, an edit or an import does
 //! is one [`Change`], and [`State::apply`] alone writes it into the state.
 
-use rand_chacha::ChaCha8Rng;
-
 use crate::geometry::Superquadric;
 use crate::inference::data::abstraction::UNASSIGNED;
 use crate::inference::data::random_streams::{Purpose, stream};
@@ -54,13 +52,16 @@ pub(crate) enum Noise {
     Conditional(Draw, Option<f64>),
 }
 
-/// The random stream of a draw.
-#[derive(Debug)]
+/// The random stream of a draw: of a seed and a purpose, at the state's
+/// iteration, and for the cluster.
+#[derive(Debug, Clone, Copy)]
 pub(crate) enum Draw {
-    From(Box<ChaCha8Rng>),
-    /// The stream of this seed and purpose at the state's iteration and the
-    /// cluster's new revision.
-    ByRevision(u64, Purpose),
+    /// By its id.
+    Cluster(u64, Purpose),
+    /// By the cluster's new revision.
+    Revision(u64, Purpose),
+    /// By a revision that it had in a configuration.
+    Version(u64, Purpose, u64),
 }
 
 impl State {
@@ -115,27 +116,29 @@ impl State {
     }
 
     /// Adds a cluster without points.
-    pub(crate) fn open_table(&mut self, shape: Superquadric, sigma: impl FnOnce(u32) -> Noise) -> usize {
+    pub(crate) fn open_table(&mut self, shape: Superquadric, noise: Noise) -> usize {
         let id = self.new_id();
         let j = self.push(id, shape);
-        self.renew(j, shape, sigma(id), &[]);
+        self.renew(j, shape, noise, &[]);
         j
     }
 
     /// Gives a cluster a shape, a new revision and σ.
     pub(crate) fn renew(&mut self, j: usize, shape: Superquadric, noise: Noise, members: &[u32]) {
         let revision = self.new_revision();
-        let rng = |draw: Draw, iteration: u32| match draw {
-            Draw::From(rng) => *rng,
-            Draw::ByRevision(seed, purpose) => stream(seed, purpose, iteration, revision as u32),
+        let (iteration, id) = (self.iteration, self.clusters[j].id);
+        let rng = |draw| match draw {
+            Draw::Cluster(seed, purpose) => stream(seed, purpose, iteration, id),
+            Draw::Revision(seed, purpose) => stream(seed, purpose, iteration, revision as u32),
+            Draw::Version(seed, purpose, version) => stream(seed, purpose, iteration, version as u32),
         };
         let sigma = match noise {
             Noise::Kept => self.clusters[j].sigma,
             Noise::Given(sigma) => sigma,
-            Noise::First(draw) => self.model.draw_first_sigma(&mut rng(draw, self.iteration)),
+            Noise::First(draw) => self.model.draw_first_sigma(&mut rng(draw)),
             Noise::Conditional(draw, sum_d2) => {
                 let sum_d2 = sum_d2.unwrap_or_else(|| self.model.sum_d2(&shape, members));
-                self.model.draw_sigma(sum_d2, members.len(), &mut rng(draw, self.iteration))
+                self.model.draw_sigma(sum_d2, members.len(), &mut rng(draw))
             }
         };
         let cluster = &mut self.clusters[j];

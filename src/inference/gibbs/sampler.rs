@@ -14,7 +14,7 @@ use crate::inference::data::change::{Draw, Noise};
 use crate::inference::data::model::{Model, distinct, sum_squared_radial};
 use crate::inference::data::normalization::Normalization;
 use crate::inference::data::random_streams::{Purpose, stream};
-use crate::inference::data::state::{Cluster, State};
+use crate::inference::data::state::State;
 use crate::inference::fit::k_means::k_means;
 use crate::inference::fit::moments::ellipsoid_of_moments;
 use crate::inference::fit::points::{Effort, START_SHRINK, fit};
@@ -101,8 +101,7 @@ impl Sampler {
         }
         for points in &members {
             let shape = ellipsoid_of_moments(points, START_SHRINK, state.model.axis_floor());
-            let rng = |id| stream(params.seed, Purpose::StartSigma, 0, id);
-            state.open_table(shape, |id| Noise::First(Draw::From(Box::new(rng(id)))));
+            state.open_table(shape, Noise::First(Draw::Cluster(params.seed, Purpose::StartSigma)));
         }
         // k-means may leave a centre without points.
         let empty = members.iter().map(Vec::is_empty);
@@ -244,13 +243,11 @@ impl Sampler {
             if state.clusters[j].locked {
                 continue;
             }
-            let Cluster { id, shape, .. } = state.clusters[j];
             let (shape, noise) = match found {
                 Some((shape, sum_d2)) => {
-                    let rng = stream(params.seed, Purpose::Sigma, state.iteration, id);
-                    (shape, Noise::Conditional(Draw::From(Box::new(rng)), Some(sum_d2)))
+                    (shape, Noise::Conditional(Draw::Cluster(params.seed, Purpose::Sigma), Some(sum_d2)))
                 }
-                None => (shape, Noise::Kept),
+                None => (state.clusters[j].shape, Noise::Kept),
             };
             state.renew(j, shape, noise, &kept);
         }

@@ -114,12 +114,11 @@ fn test_cluster(state: &State, params: &Params, j: usize, members: &[u32], cance
         else {
             return Verdict::Keep;
         };
-        let rng = stream(params.seed, Purpose::Split, state.iteration, cluster.id);
         let successor = Successor {
             identity: Identity::Same(j),
             shape: found.shape,
             members: keep,
-            noise: Noise::Conditional(Draw::From(Box::new(rng)), None),
+            noise: Noise::Conditional(Draw::Cluster(params.seed, Purpose::Split), None),
         };
         Verdict::Reduce { successor: Box::new(successor), occurrence }
     };

@@ -229,8 +229,8 @@ pub(crate) fn sweep(state: &mut State, params: &Params, occurrences: &mut Vec<Oc
         let (company, rest) = waiting.take(i);
         order.extend(rest);
         let shape = ellipsoid_of_moments(&model.gather(&company), START_SHRINK, model.axis_floor());
-        let rng = |id| stream(params.seed, Purpose::Birth, iteration, id);
-        let table = tables.state.open_table(shape, |id| Noise::First(Draw::From(Box::new(rng(id)))));
+        let noise = Noise::First(Draw::Cluster(params.seed, Purpose::Birth));
+        let table = tables.state.open_table(shape, noise);
         tables.density.push(&model, &tables.state.clusters);
         tables.count.push(0.0);
         let id = tables.state.clusters[table].id;

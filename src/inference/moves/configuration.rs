@@ -295,7 +295,7 @@ impl<'a> Configuration<'a> {
     }
 
     /// The points of several primitives, in order of index.
-    fn union(&self, list: &[usize]) -> Vec<u32> {
+    pub(crate) fn union(&self, list: &[usize]) -> Vec<u32> {
         let mut points: Vec<u32> = list.iter().flat_map(|&j| self.members[j].iter().copied()).collect();
         points.sort_unstable();
         points
@@ -333,15 +333,13 @@ impl<'a> Configuration<'a> {
         Some(RoughUnion { shape, rise: self.rise(list, &[shape], before) })
     }
 
-    /// One primitive for the points of several, and those points, however little
-    /// it is worth having.
-    pub(crate) fn any_union(&self, list: &[usize], before: f64) -> Option<(Superquadric, Vec<u32>)> {
-        let rough = self.any_rough_union(list, before)?;
+    /// One primitive for the points of several, however little it is worth
+    /// having.
+    pub(crate) fn any_union(&self, list: &[usize]) -> Option<Superquadric> {
         let points = self.union(list);
-        let start = self.fit_points(&points, &[rough.shape], Effort::THOROUGH)?;
-        let shape =
-            self.fit_symmetric(&points, &[start], &self.others(list), PROPOSAL_STEPS, Detail::Rough)?;
-        Some((shape, points))
+        let rough = self.rough_shape(list, &points)?;
+        let start = self.fit_points(&points, &[rough], Effort::THOROUGH)?;
+        self.fit_symmetric(&points, &[start], &self.others(list), PROPOSAL_STEPS, Detail::Rough)
     }
 
     /// One primitive for the points of several, from the first look on, and

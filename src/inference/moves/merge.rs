@@ -105,7 +105,7 @@ pub(crate) fn union_change(
     let largest = list.iter().copied().rev().max_by_key(|&j| members[j].len()).unwrap_or(0);
     let mut points: Vec<u32> = list.iter().flat_map(|&j| members[j].iter().copied()).collect();
     points.sort_unstable();
-    let noise = Noise::Conditional(Draw::ByRevision(params.seed, Purpose::Merge), Some(sum_d2));
+    let noise = Noise::Conditional(Draw::Revision(params.seed, Purpose::Merge), Some(sum_d2));
     let union = Successor { identity: Identity::Same(largest), shape, members: points, noise };
     Change { removed: list.to_vec(), added: vec![union], ..Change::default() }
 }

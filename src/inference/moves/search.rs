@@ -320,8 +320,7 @@ pub(crate) fn write_back(
         let noise = if configuration.locked[j] {
             Noise::Kept
         } else {
-            let rng = stream(params.seed, Purpose::Refined, state.iteration, version.revision as u32);
-            Noise::Conditional(Draw::From(Box::new(rng)), None)
+            Noise::Conditional(Draw::Version(params.seed, Purpose::Refined, version.revision), None)
         };
         let identity = version.place.map_or(Identity::Id(version.id), Identity::Same);
         change.added.push(Successor { identity, shape, members: members.clone(), noise });

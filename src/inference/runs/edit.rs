@@ -230,7 +230,7 @@ impl Sampler {
 
     /// A cluster with this primitive, whose σ is drawn from its points.
     fn successor(&self, identity: Identity, shape: Superquadric, members: Vec<u32>) -> Successor {
-        let noise = Noise::Conditional(Draw::ByRevision(self.params.seed, Purpose::Edit), None);
+        let noise = Noise::Conditional(Draw::Revision(self.params.seed, Purpose::Edit), None);
         Successor { identity, shape, members, noise }
     }
 

@@ -64,7 +64,7 @@ impl Sampler {
             noise: if sigmas[j] > 0.0 {
                 Noise::Given(sigmas[j])
             } else {
-                Noise::Conditional(Draw::ByRevision(seed, Purpose::Edit), None)
+                Noise::Conditional(Draw::Revision(seed, Purpose::Edit), None)
             },
         });
         let removed = (0..self.state.clusters.len()).collect();

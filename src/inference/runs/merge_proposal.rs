@@ -146,7 +146,7 @@ impl Sampler {
             MergeRule::Paper => self.judge_by_thresholds(pair, cancel),
             MergeRule::Energy | MergeRule::None => {
                 let configuration = Configuration::of(&self.state.model, &self.state, &self.params, cancel);
-                self.judge_by_energy(&configuration, configuration.energy(), pair)
+                self.judge_by_energy(&configuration, configuration.energy(), pair, None)
             }
         };
         if cancel.is_requested() {
@@ -194,6 +194,7 @@ impl Sampler {
         let mut search = MergeSearch::new(&state.model, state, &self.params, cancel);
         let allowed = |a: usize, b: usize| !is_skipped(state, skipped, (a, b));
         let best = search.best(|list| matches!(*list, [a, b] if allowed(a, b)));
+        let found = best.as_ref().map(|(_, proposal)| proposal.added[0].shape);
         let configuration = &search.configuration;
         let before = configuration.energy();
         // Where no pair is worth a fit, that which looks best at a rough one.
@@ -206,18 +207,23 @@ impl Sampler {
             let rises: Vec<(f64, (usize, usize))> = rises.collect();
             rises.into_iter().min_by(|x, y| x.0.total_cmp(&y.0)).map(|best| best.1)
         })?;
-        Some((pair, self.judge_by_energy(configuration, before, pair)?))
+        Some((pair, self.judge_by_energy(configuration, before, pair, found)?))
     }
 
+    /// `found` is the union, where the search has fitted it.
     fn judge_by_energy(
         &self,
         configuration: &Configuration<'_>,
         before: f64,
         (a, b): (usize, usize),
+        found: Option<Superquadric>,
     ) -> Option<Judged> {
         let model = configuration.model;
-        let (shape, points) = configuration.any_union(&[a, b], before)?;
-        let sum_d2 = model.sum_d2(&shape, &points);
+        let shape = match found {
+            Some(shape) => shape,
+            None => configuration.any_union(&[a, b])?,
+        };
+        let sum_d2 = model.sum_d2(&shape, &configuration.union(&[a, b]));
         let scale = energy::scale(model);
         let count = configuration.primitives().len();
         let [price, cheaper] =
