@@ -4,36 +4,28 @@
 use std::collections::VecDeque;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, SyncSender, TryRecvError};
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
+use super::channel::{NumberedCommand, NumberedEvent, Wake};
 use super::machine::Steppable;
 use super::measure::{Measurer, References};
 use super::pacer::Pacer;
 use super::protocol::{
-    Activity, Cause, Command, Event, ExportRequest, LoadedShape, SeedNews, SeedRequest, Setup, Snapshot,
-    State,
+    Activity, Cause, Command, Event, ExportRequest, SeedNews, SeedRequest, Setup, Snapshot, State,
 };
 use super::seeds::SeedRunner;
 use super::source;
 use super::trouble::{Stop, Trouble, guarded};
-use super::{NumberedEvent, Wake};
-use crate::inference::{Abstraction, Cancel, Occurrence, Params};
+use crate::inference::{Cancel, Occurrence, Params};
 use live_run::LiveRun;
+use present::Present;
 
 mod by_hand;
 mod live_run;
 mod loading;
+mod present;
+mod renewal;
 mod stepping;
-
-/// A command with the flag that stops it.
-#[derive(Debug)]
-pub(super) struct NumberedCommand {
-    pub(super) command: Command,
-    pub(super) cancel: Cancel,
-    pub(super) epoch: u64,
-    /// The number of questions up to this order.
-    pub(super) asked: u64,
-}
 
 /// What the engine does when no order waits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -45,19 +37,6 @@ enum Goal {
     Renew,
     /// Nothing any more, but the next renewal is likely to come soon.
     Linger,
-}
-
-/// A shape with its run.
-struct Present<M> {
-    shape: Arc<LoadedShape>,
-    run: u64,
-    start: Params,
-    machine: M,
-    abstraction: Abstraction,
-    elapsed: Duration,
-    /// The state that the last step led to, until it is measured or the run
-    /// starts anew.
-    unmeasured: Option<Arc<Snapshot>>,
 }
 
 pub(super) struct Engine<M> {

@@ -7,9 +7,9 @@ use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use rayon::{ThreadPool, ThreadPoolBuildError, ThreadPoolBuilder};
 
+use super::channel::{NumberedEvent, Wake};
 use super::protocol::{Event, Helper, Measurement, Snapshot, State};
 use super::source;
-use super::{NumberedEvent, Wake};
 use crate::geometry::Superquadric;
 use crate::geometry::metrics::{Metrics, Reference, estimate_chamfer, evaluate};
 use crate::io::{Shape, caught};

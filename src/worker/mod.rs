@@ -4,6 +4,17 @@
 //! with the owner: what has to be stopped is stopped through an atomic flag
 //! that travels with each command. The worker knows nothing of a window; it is
 //! handed a `wake` callback and calls it after every event.
+//!
+//! Each layer uses only those below it:
+//!
+//! | layer | what lives there |
+//! |---|---|
+//! | `engine` | the loop that obeys orders and steps the run, and the renewal of the run |
+//! | `seeds` | runs with other seeds, on a thread of their own |
+//! | `measure` | measuring states, on a thread of its own |
+//! | `trouble`, `source`, `pacer` | how work ends early, the calls into `io`, when a step is due |
+//! | `channel`, `machine`, `outbox` | what goes through the channels, what can be stepped |
+//! | `protocol` | commands, events and what they carry |
 
 use std::collections::VecDeque;
 use std::sync::Arc;
@@ -14,6 +25,7 @@ use std::time::{Duration, Instant};
 use crate::inference::{Cancel, Run};
 use crate::io::caught;
 
+mod channel;
 mod engine;
 mod machine;
 mod measure;
@@ -26,7 +38,8 @@ mod source;
 mod tests;
 mod trouble;
 
-use engine::{Engine, NumberedCommand};
+use channel::{NumberedCommand, NumberedEvent, Wake};
+use engine::Engine;
 use machine::Steppable;
 pub(crate) use outbox::Outbox;
 pub use protocol::{
@@ -39,13 +52,6 @@ pub use trouble::FAULT;
 const COMMAND_CAPACITY: usize = 64;
 /// Events that may wait for a busy owner before the worker waits for it.
 const EVENT_CAPACITY: usize = 32;
-
-/// An event with the number of what it tells of: an activity, of the last
-/// question that it answers; anything else, of its epoch.
-type NumberedEvent = (u64, Event);
-
-/// Called after each event.
-type Wake = dyn Fn() + Send + Sync;
 
 /// The owner's end: send commands, take events. Dropping it cancels what is
 /// going on, stops the thread and waits for it. Should the thread end before, in

@@ -7,11 +7,11 @@ use std::time::{Duration, Instant};
 
 use rayon::ThreadPool;
 
+use super::channel::{NumberedEvent, Wake};
 use super::machine::Steppable;
 use super::measure::{References, again_after_faults, measured};
 use super::protocol::{Cause, Event, Helper, Measurement, SeedNews, SeedRequest, SeedRun, Snapshot, State};
 use super::trouble::{Stop, Trouble, guarded};
-use super::{NumberedEvent, Wake};
 use crate::geometry::palette::Colors;
 use crate::inference::{Abstraction, Cancel, Occurrence, Params, align_labels};
 

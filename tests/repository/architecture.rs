@@ -9,9 +9,8 @@ use crate::code::{Crate, Source, names_crate};
 
 /// Modules whose files are still entangled, so that nothing is said of them. Whoever
 /// disentangles one takes it off.
-const ENTANGLED: [&str; 4] = [
-    // The engine and what it renews are two halves of one type.
-    "worker",  // Each part is a field of `Session`, and has methods of `Session`.
+const ENTANGLED: [&str; 3] = [
+    // Each part is a field of `Session`, and has methods of `Session`.
     "session", // Views know the widgets of those that they stand beside.
     "ui",      // `App` and what it keeps.
     "app",
@@ -116,26 +115,27 @@ fn layers(documentation: &str) -> Vec<Vec<String>> {
 }
 
 #[test]
-fn layers_of_the_inference_use_only_those_below_them() {
+fn layers_of_a_module_use_only_those_below_them() {
     let all = Crate::read(&root());
-    let layers = layers(&fs::read_to_string(root().join("inference/mod.rs")).unwrap());
-    let rank = |name: &str| layers.iter().position(|layer| layer.iter().any(|module| module == name));
+    let tops: BTreeSet<&str> = all.sources.keys().map(|module| module[0].as_str()).collect();
     let mut faults = Vec::new();
     let mut seen = 0;
-    for (module, source) in &all.sources {
-        let [top, own, ..] = &module[..] else { continue };
-        if top != "inference" || own == "tests" {
+    for top in tops {
+        let documentation = fs::read_to_string(root().join(top).join("mod.rs")).unwrap_or_default();
+        if !documentation.contains("//! | layer |") {
             continue;
         }
-        let own_rank = rank(own).unwrap_or_else(|| panic!("{own} is no layer of src/inference/mod.rs"));
-        for path in all.named(module).filter(|path| path.len() > 1 && path[0] == "inference") {
-            seen += 1;
-            if rank(&path[1]).is_none_or(|used| used < own_rank) {
-                faults.push(format!(
-                    "{} uses {}, which is no layer below {own}",
-                    source.name,
-                    path.join("::")
-                ));
+        let layers = layers(&documentation);
+        let rank = |name: &str| layers.iter().position(|layer| layer.iter().any(|module| module == name));
+        for (module, source) in all.sources.iter().filter(|(module, _)| module[0] == top) {
+            let Some(own) = module.get(1).filter(|own| *own != "tests") else { continue };
+            let own_rank = rank(own).unwrap_or_else(|| panic!("{own} is no layer of src/{top}/mod.rs"));
+            for path in all.named(module).filter(|path| path.len() > 1 && path[0] == top) {
+                seen += 1;
+                if rank(&path[1]).is_none_or(|used| used < own_rank) {
+                    let path = path.join("::");
+                    faults.push(format!("{} uses {path}, which is no layer below {own}", source.name));
+                }
             }
         }
     }

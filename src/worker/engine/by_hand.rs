@@ -9,7 +9,8 @@ use super::super::machine::Steppable;
 use super::super::protocol::{Cause, Event, State};
 use super::super::source;
 use super::super::trouble::{Stop, guarded};
-use super::{Engine, Present};
+use super::Engine;
+use super::present::Present;
 use crate::inference::{Edit, InferenceError, Occurrence};
 
 impl<M: Steppable> Engine<M> {
