@@ -1,5 +1,15 @@
 //! The window's contents: panels around the viewport. [`Interface::show`] draws a session and
 //! returns the user's actions; it changes nothing itself.
+//!
+//! Each layer uses only those below it:
+//!
+//! | layer | what lives there |
+//! |---|---|
+//! | `compare`, `dialogs`, `export`, `layout`, `overlays`, `commands` | views side by side, dialogs, the panels around the view, what lies over it |
+//! | `menu`, `controls`, `primitives`, `priors`, `timeline`, `figures`, `seeds`, `pictures`, `odds`, `merging`, `saving`, `history`, `log`, `toasts`, `errors`, `progress`, `help` | panels and their contents |
+//! | `viewport` | the 3D view |
+//! | `scene`, `widgets` | what a view draws, what many panels are made of |
+//! | `background`, `fuzzy`, `keys`, `theme`, `tooltips` | work that no frame waits for, matching of names, keys, colours and spacing |
 
 use std::path::{Path, PathBuf};
 use std::time::Duration;
@@ -11,7 +21,6 @@ use crate::session::Session;
 use crate::session::action::{Action, PictureKind};
 
 mod background;
-mod coloring;
 mod commands;
 mod compare;
 mod controls;

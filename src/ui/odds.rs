@@ -8,7 +8,7 @@ use egui::{Align2, Context, Id, Label, Rect, RichText, Ui, Window, vec2};
 use super::background::Background;
 use super::theme::Palette;
 use super::widgets::{count, keep_clear, length};
-use crate::inference::{Explanation, Held, NewTable, Odds, explain};
+use crate::inference::{Explanation, Held, Odds, explain};
 use crate::session::Session;
 use crate::session::action::{Action, Verb};
 use crate::worker::{LoadedShape, Snapshot};
@@ -17,43 +17,14 @@ mod equation;
 mod rows;
 mod strip;
 
+use rows::{Row, Table};
+
 /// Width of the card in logical pixels.
 const WIDTH: f32 = 384.0;
 /// Number of tables that are always shown.
 const FEW: usize = 5;
 /// Maximum number of samples for which the odds are computed within a frame.
 const QUICK: usize = 300_000;
-
-/// A table that the point could join.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Table {
-    /// By the id of its primitive.
-    Present(u32),
-    New,
-}
-
-/// A table with its odds.
-#[derive(Debug, Clone, Copy)]
-enum Row<'a> {
-    Present(&'a Odds),
-    New(&'a NewTable),
-}
-
-impl Row<'_> {
-    fn table(&self) -> Table {
-        match self {
-            Self::Present(odds) => Table::Present(odds.id),
-            Self::New(_) => Table::New,
-        }
-    }
-
-    fn probability(&self) -> f64 {
-        match self {
-            Self::Present(odds) => odds.probability,
-            Self::New(new) => new.probability,
-        }
-    }
-}
 
 /// The state, the samples and the one among them.
 #[derive(Debug, Clone)]

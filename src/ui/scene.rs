@@ -6,117 +6,24 @@ use std::sync::{Arc, OnceLock};
 use nalgebra::Point3;
 use rayon::prelude::*;
 
-use super::coloring::{Coloring, Numbers, ViewValues};
 use crate::geometry::Superquadric;
 use crate::geometry::palette::{Colors, UNASSIGNED_COLOR};
-use crate::inference::Primitive;
 use crate::io::ShapeGeometry;
 use crate::render::colormap::viridis;
 use crate::render::{Highlight, PickScene, PointIndex, PrimitiveInstance, SurfacePaint};
-use crate::session::Session;
-use crate::session::camera::Camera;
-use crate::session::gizmo::Mode;
 use crate::session::scalar::{Scalar, SurfaceScalar, Unit};
 use crate::session::scene::{Paint, SceneFromInput, faded, shown_colors, shown_points};
-use crate::session::seeds::Seeds;
-use crate::session::view::{ColorBy, View};
-use crate::worker::{Activity, LoadedShape, Snapshot};
+use crate::session::view::ColorBy;
+use crate::worker::{LoadedShape, Snapshot};
+
+mod coloring;
+mod view;
+
+use coloring::{Coloring, Numbers, ViewValues};
+pub(super) use view::SceneView;
 
 /// Up to this many points, picking on hover works without an index.
 const QUICK_POINTS: usize = 200_000;
-
-/// A state of a shape with its view settings, as given to a viewport.
-#[derive(Debug, Clone)]
-pub(super) struct SceneView<'a> {
-    pub(super) loaded: Option<&'a Arc<LoadedShape>>,
-    pub(super) snapshot: Option<&'a Arc<Snapshot>>,
-    /// The states up to this one, the last one last.
-    pub(super) history: &'a [Arc<Snapshot>],
-    /// Runs with other seeds.
-    pub(super) seeds: Option<&'a Seeds>,
-    /// Of primitives.
-    pub(super) colors: Arc<Colors>,
-    pub(super) scene: &'a SceneFromInput,
-    pub(super) camera: &'a Camera,
-    /// A camera whose number changed has jumped, and may be eased.
-    pub(super) camera_jumps: u64,
-    pub(super) view: &'a View,
-    /// Ids of primitives.
-    pub(super) selection: &'a BTreeSet<u32>,
-    /// Indices of samples, ascending.
-    pub(super) selected_points: &'a Arc<[u32]>,
-    /// Ids of primitives.
-    pub(super) hidden: &'a BTreeSet<u32>,
-    /// Point colours that override the view's `color_by`.
-    pub(super) scalar: Option<&'a Arc<Scalar>>,
-    /// Colours of the primitives' surfaces.
-    pub(super) surface_scalar: Option<&'a Arc<SurfaceScalar>>,
-    /// Samples to highlight, regardless of `color_by`.
-    pub(super) disagrees: Option<&'a Arc<[bool]>>,
-    /// Ids of highlighted primitives, such as a proposed pair.
-    pub(super) lit: Vec<u32>,
-    /// The primitive being edited, by id, with its shape in input units.
-    pub(super) draft: Option<(u32, Superquadric)>,
-    /// Previewed primitives, in input units.
-    pub(super) ghosts: Vec<Superquadric>,
-    /// The primitive, by id, that has handles, and what they change.
-    pub(super) handles: Option<(u32, Mode)>,
-    /// The explained sample.
-    pub(super) marked: Option<u32>,
-    pub(super) is_loading: bool,
-}
-
-impl<'a> SceneView<'a> {
-    /// The current state of the session.
-    pub(super) fn of(session: &'a Session) -> Self {
-        Self {
-            loaded: session.loaded.as_ref(),
-            snapshot: session.snapshot.as_ref(),
-            history: session.timeline.history(),
-            seeds: Some(&session.seeds),
-            colors: session.timeline.current().map(|b| Arc::clone(&b.colors)).unwrap_or_default(),
-            scene: &session.scene,
-            camera: &session.camera,
-            camera_jumps: session.camera_jumps,
-            view: &session.view,
-            selection: &session.selection,
-            selected_points: &session.selected_points,
-            hidden: &session.hidden,
-            scalar: None,
-            surface_scalar: None,
-            disagrees: None,
-            lit: session.proposal.iter().flat_map(|p| [p.pair.0, p.pair.1]).collect(),
-            ghosts: session.proposal.iter().map(|p| p.union).collect(),
-            draft: session.draft().map(|(id, shape)| (id, *shape)),
-            handles: handled(session),
-            marked: session.explained.filter(|_| session.view.shows_odds),
-            is_loading: session.activity == Activity::Loading,
-        }
-    }
-
-    /// The primitive that has handles, with its shape in input units as it is
-    /// shown.
-    pub(super) fn handled(&self) -> Option<(u32, &Superquadric, Mode)> {
-        let (id, mode) = self.handles?;
-        let primitive = self.primitives().iter().find(|p| p.id == id)?;
-        let drafted = self.draft.as_ref().filter(|draft| draft.0 == id);
-        Some((id, drafted.map_or(&primitive.shape, |draft| &draft.1), mode))
-    }
-
-    pub(super) fn primitives(&self) -> &'a [Primitive] {
-        self.snapshot.map_or(&[], |s| &s.abstraction.primitives)
-    }
-}
-
-/// The one selected primitive, where it may be changed and is seen, and what its
-/// handles change.
-fn handled(session: &Session) -> Option<(u32, Mode)> {
-    let primitive = session.selected_primitive()?;
-    let can = session.why_fixed(primitive).is_none()
-        && !session.is_judging()
-        && !session.hidden.contains(&primitive.id);
-    session.handles.filter(|_| can).map(|mode| (primitive.id, mode))
-}
 
 /// Data with a version number; 0 means no data.
 #[derive(Debug, Default)]

@@ -24,7 +24,7 @@ use glide::Glide;
 use gpu::Slot;
 use grip::Grip;
 pub(super) use handles::Handles;
-use pointer::Drawn;
+use pointer::Pointer;
 pub(super) use studio::{Shot, Studio};
 pub(super) use toolbar::show as toolbar;
 
@@ -39,8 +39,7 @@ pub(super) struct Viewport {
     leads: bool,
     slot: Option<Slot>,
     scene: Scene,
-    hovered: Option<u32>,
-    drawn: Option<Drawn>,
+    pointer: Pointer,
     grip: Option<Grip>,
     glide: Glide,
 }
@@ -54,8 +53,7 @@ impl Viewport {
             leads,
             slot: state.map(Slot::new),
             scene: Scene::default(),
-            hovered: None,
-            drawn: None,
+            pointer: Pointer::default(),
             grip: None,
             glide: Glide::default(),
         }
@@ -68,8 +66,7 @@ impl Viewport {
             leads: false,
             slot: self.slot.as_ref().map(Slot::another),
             scene: Scene::default(),
-            hovered: None,
-            drawn: None,
+            pointer: Pointer::default(),
             grip: None,
             glide: Glide::default(),
         }
@@ -86,11 +83,11 @@ impl Viewport {
         if self.leads && (aspect - view.camera.aspect).abs() > 1e-9 {
             actions.push(Action::SetAspect(aspect));
         }
-        self.scene.update(view, self.hovered, Some(ui.ctx()));
+        self.scene.update(view, self.pointer.hovered(), Some(ui.ctx()));
         let camera = self.glide.camera(ui, view.camera, view.camera_jumps);
         let frame: Frame = frame::of(ui, view, &camera, rect);
-        let (handles, is_at_handle) = self.handle(ui, view, &response, &camera, actions);
-        self.point(ui, view, &response, &frame, is_at_handle, actions);
+        let (handles, is_at_handle) = grip::handle(&mut self.grip, ui, view, &response, &camera, actions);
+        self.pointer.advance(view, &response, &frame, &self.scene, is_at_handle, actions);
         match &self.slot {
             Some(slot) => {
                 let callback = slot.callback(frame, self.scene.clone());
@@ -104,7 +101,7 @@ impl Viewport {
             handles::paint(ui, rect, handles);
         }
         mark(ui, view, &frame, rect);
-        self.paint_drawn(ui, rect);
+        self.pointer.paint(ui, rect);
         if view.loaded.is_some() {
             ruler::show(ui, view, &frame, rect);
         }

@@ -323,6 +323,13 @@ pub(super) fn bounded<R>(ui: &mut Ui, low: bool, contents: impl FnOnce(&mut Ui) 
     result
 }
 
+/// A part of a panel that never makes it larger.
+pub(super) fn within<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> R {
+    let mut part = ui.new_child(UiBuilder::new().max_rect(rect));
+    part.shrink_clip_rect(rect.expand(2.0));
+    contents(&mut part)
+}
+
 /// Where cards are that float over the view, each of which says so in every
 /// frame: what is said in passing keeps away from them.
 #[derive(Debug, Clone, Default)]

@@ -2,8 +2,7 @@
 
 use egui::{Frame, Label, Margin, RichText, Ui};
 
-use super::Row;
-use super::rows::percent;
+use super::rows::{Row, percent};
 use crate::inference::Explanation;
 use crate::session::Session;
 use crate::ui::theme::Palette;

@@ -2,7 +2,7 @@
 
 use egui::{Align2, Color32, FontId, Rect, Response, Role, Sense, Ui, WidgetInfo, pos2, vec2};
 
-use super::Row;
+use crate::inference::{NewTable, Odds};
 use crate::session::Session;
 use crate::ui::theme::{Palette, data_color};
 use crate::ui::widgets::{count, figure, length};
@@ -15,6 +15,37 @@ const COLUMNS: [f32; 4] = [92.0, 146.0, 200.0, 258.0];
 const GAP: f32 = 6.0;
 /// Width of a share in percent.
 const NUMBER: f32 = 54.0;
+
+/// A table that the point could join.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Table {
+    /// By the id of its primitive.
+    Present(u32),
+    New,
+}
+
+/// A table with its odds.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Row<'a> {
+    Present(&'a Odds),
+    New(&'a NewTable),
+}
+
+impl Row<'_> {
+    pub(super) fn table(&self) -> Table {
+        match self {
+            Self::Present(odds) => Table::Present(odds.id),
+            Self::New(_) => Table::New,
+        }
+    }
+
+    pub(super) fn probability(&self) -> f64 {
+        match self {
+            Self::Present(odds) => odds.probability,
+            Self::New(new) => new.probability,
+        }
+    }
+}
 
 /// The names of the columns.
 pub(super) fn header(ui: &mut Ui) {

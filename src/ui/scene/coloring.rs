@@ -4,8 +4,7 @@ use std::sync::{Arc, OnceLock};
 
 use egui::Context;
 
-use super::background::Background;
-use super::scene::SceneView;
+use super::SceneView;
 use crate::geometry::metrics::Nearest;
 use crate::inference::label_entropy;
 use crate::io::{Shape, ShapeGeometry};
@@ -14,6 +13,7 @@ use crate::session::scalar::{
 };
 use crate::session::scene::SceneFromInput;
 use crate::session::view::ColorBy;
+use crate::ui::background::Background;
 use crate::worker::{LoadedShape, Snapshot};
 
 /// Maximum number of distances or labels computed within a frame; more are

@@ -11,14 +11,14 @@ use egui::{
 use super::axis::Axis;
 use super::icons::{self, Icon};
 use super::pointing::{self, value_text};
-use super::{Timeline, marks, plots};
+use super::{marks, plots};
 use crate::session::Session;
 use crate::session::action::Action;
 use crate::session::comparison::Comparison;
 use crate::session::curves::Curve;
 use crate::session::timeline::{Branch, Mark};
 use crate::ui::theme::{self, Palette};
-use crate::ui::widgets::{count, lower_first};
+use crate::ui::widgets::{count, lower_first, within};
 
 /// Height of a branch that is not shown, and of the line of the one that is.
 const LANE: f32 = theme::ROW;
@@ -73,7 +73,7 @@ impl Shares {
 
 /// A branch being renamed.
 #[derive(Debug)]
-pub(super) struct Renaming {
+struct Renaming {
     id: u32,
     text: String,
     is_new: bool,
@@ -85,10 +85,18 @@ impl Renaming {
     }
 }
 
-impl Timeline {
+/// State of the lanes outside the session.
+#[derive(Debug, Default)]
+pub(super) struct Lanes {
+    renaming: Option<Renaming>,
+    /// The branch whose lane was brought into view last, and of how many.
+    brought: Option<(u32, usize)>,
+}
+
+impl Lanes {
     /// All lanes, from the top of `rect` on; the hovered state of the shown
     /// branch.
-    pub(super) fn lanes(
+    pub(super) fn show(
         &mut self,
         ui: &mut Ui,
         session: &Session,
@@ -158,7 +166,7 @@ impl Timeline {
         actions: &mut Vec<Action>,
     ) {
         let layout = egui::Layout::right_to_left(egui::Align::Center);
-        super::within(ui, rect, |ui| {
+        within(ui, rect, |ui| {
             ui.with_layout(layout, |ui| {
                 ui.spacing_mut().item_spacing.x = 2.0;
                 if let Some(renaming) = self.renaming.as_mut().filter(|r| r.id == branch.id) {

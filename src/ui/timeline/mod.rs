@@ -3,11 +3,12 @@
 
 use std::time::Duration;
 
-use egui::{Rect, RichText, ScrollArea, Stroke, Ui, UiBuilder, pos2, vec2};
+use egui::{Rect, RichText, ScrollArea, Stroke, Ui, pos2, vec2};
 
 use super::figures;
 use super::progress::steps;
 use super::theme::{self, Palette};
+use super::widgets::within;
 use crate::session::Session;
 use crate::session::action::Action;
 
@@ -21,7 +22,7 @@ mod pointing;
 mod ruler;
 
 use axis::Axis;
-use lanes::{Renaming, Shares};
+use lanes::{Lanes, Shares};
 pub(super) use pointing::value_text;
 
 /// The least height: the first row and the ruler.
@@ -38,9 +39,7 @@ const LOW: f32 = 168.0;
 /// Panel state outside the session.
 #[derive(Debug, Default)]
 pub(super) struct Timeline {
-    renaming: Option<Renaming>,
-    /// The branch whose lane was brought into view last, and of how many.
-    brought: Option<(u32, usize)>,
+    lanes: Lanes,
     /// When the session was last told that time passes, in seconds.
     played_at: Option<f64>,
 }
@@ -104,7 +103,7 @@ impl Timeline {
                 scroll.auto_shrink([false, false]).show(ui, |ui| {
                     let size = vec2(area.width(), shares.lanes_height);
                     let (rect, _) = ui.allocate_exact_size(size, egui::Sense::hover());
-                    hovered = self.lanes(ui, session, rect, &axis, shares.rows, actions).or(hovered);
+                    hovered = self.lanes.show(ui, session, rect, &axis, shares.rows, actions).or(hovered);
                 });
             });
         }
@@ -145,13 +144,6 @@ impl Timeline {
         let left = (interval - since).clamp(0.0, interval);
         ui.ctx().request_repaint_after(Duration::from_secs_f64(left));
     }
-}
-
-/// A part of the panel that never makes it larger.
-fn within<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> R {
-    let mut part = ui.new_child(UiBuilder::new().max_rect(rect));
-    part.shrink_clip_rect(rect.expand(2.0));
-    contents(&mut part)
 }
 
 /// Expected number of states of the shown branch, from the remaining iterations.

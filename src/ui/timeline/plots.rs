@@ -5,11 +5,11 @@ use egui_plot::{AxisHints, GridMark, Line, Plot, PlotPoints, Points};
 
 use super::axis::Axis;
 use super::pointing::{scrub, value_text};
-use super::within;
 use crate::session::Session;
 use crate::session::action::Action;
 use crate::session::curves::Curve;
 use crate::ui::theme::Palette;
+use crate::ui::widgets::within;
 
 /// Width of the numbers at the y axis.
 pub(super) const NUMBERS: f32 = 46.0;

@@ -4,7 +4,6 @@ use egui::{Align2, FontId, Key, PointerButton, Pos2, Rect, Response, Ui, vec2};
 use nalgebra::Vector2;
 
 use super::Handles;
-use super::Viewport;
 use crate::geometry::Superquadric;
 use crate::session::action::Action;
 use crate::session::camera::Camera;
@@ -27,68 +26,66 @@ pub(super) struct Grip {
     is_given_up: bool,
 }
 
-impl Viewport {
-    /// Lets the pointer drag handles. Returns what to draw, and whether the
-    /// pointer is used by a handle.
-    pub(super) fn handle(
-        &mut self,
-        ui: &Ui,
-        view: &SceneView<'_>,
-        response: &Response,
-        camera: &Camera,
-        actions: &mut Vec<Action>,
-    ) -> (Option<Handles>, bool) {
-        let rect = response.rect;
-        let pixel = |p: Pos2| Vector2::new(f64::from(p.x - rect.min.x), f64::from(p.y - rect.min.y));
-        let Some((id, shape, mode)) = view.handled() else {
-            // Until the button is let go nothing else begins to move.
-            let is_held = self.grip.is_some() && response.dragged_by(PointerButton::Primary);
-            self.grip.take_if(|_| !is_held);
-            return (None, is_held);
-        };
-        let size = Vector2::new(f64::from(rect.width()), f64::from(rect.height()));
-        let gizmo = Gizmo::new(view.scene.shape(shape), mode, camera, size);
-        let (pressed_at, pointer, snaps, gives_up, alt) = ui.input(|i| {
-            let pointer = &i.pointer;
-            let keys = i.modifiers;
-            (pointer.press_origin(), pointer.latest_pos(), keys.command, i.key_pressed(Key::Escape), keys.alt)
-        });
-        if self.grip.is_none()
-            && !alt
-            && response.drag_started_by(PointerButton::Primary)
-            && let Some(from) = pressed_at.map(pixel)
-            && let Some(handle) = gizmo.hit(from)
-        {
-            self.grip = Some(Grip { id, handle, from, gizmo, is_given_up: false });
-        }
-        if let Some(grip) = &mut self.grip {
-            grip.is_given_up |= gives_up || grip.id != id;
-            if let (false, Some(pointer)) = (grip.is_given_up, pointer) {
-                let start = view.scene.shape_in_input(&grip.gizmo.shape);
-                let mut shape =
-                    view.scene.shape_in_input(&grip.gizmo.drag(grip.handle, grip.from, pixel(pointer)));
-                if snaps {
-                    shape = snapped(grip.handle, &start, &shape, round_step(1.0 / view.scene.scale()));
-                }
-                if response.drag_delta() != egui::Vec2::ZERO || view.draft.is_some() {
-                    actions.push(Action::DraftShape(ShapeDraft { id, shape, angles: None }));
-                }
-                tell(ui, rect, pointer, &reading(grip.handle, &start, &shape));
-            }
-            let handles = Handles { gizmo, lit: (!grip.is_given_up).then_some(grip.handle) };
-            if !response.dragged_by(PointerButton::Primary) {
-                self.grip = None;
-            }
-            return (Some(handles), true);
-        }
-        let is_busy = response.dragged() || alt;
-        let lit = response.hover_pos().filter(|_| !is_busy).and_then(|p| gizmo.hit(pixel(p)));
-        if let Some(handle) = lit {
-            ui.ctx().set_cursor_icon(egui::CursorIcon::Grab);
-            response.clone().on_hover_text_at_pointer(handle.text());
-        }
-        (Some(Handles { gizmo, lit }), lit.is_some())
+/// Lets the pointer drag handles. Returns what to draw, and whether the
+/// pointer is used by a handle.
+pub(super) fn handle(
+    grip: &mut Option<Grip>,
+    ui: &Ui,
+    view: &SceneView<'_>,
+    response: &Response,
+    camera: &Camera,
+    actions: &mut Vec<Action>,
+) -> (Option<Handles>, bool) {
+    let rect = response.rect;
+    let pixel = |p: Pos2| Vector2::new(f64::from(p.x - rect.min.x), f64::from(p.y - rect.min.y));
+    let Some((id, shape, mode)) = view.handled() else {
+        // Until the button is let go nothing else begins to move.
+        let is_held = grip.is_some() && response.dragged_by(PointerButton::Primary);
+        grip.take_if(|_| !is_held);
+        return (None, is_held);
+    };
+    let size = Vector2::new(f64::from(rect.width()), f64::from(rect.height()));
+    let gizmo = Gizmo::new(view.scene.shape(shape), mode, camera, size);
+    let (pressed_at, pointer, snaps, gives_up, alt) = ui.input(|i| {
+        let pointer = &i.pointer;
+        let keys = i.modifiers;
+        (pointer.press_origin(), pointer.latest_pos(), keys.command, i.key_pressed(Key::Escape), keys.alt)
+    });
+    if grip.is_none()
+        && !alt
+        && response.drag_started_by(PointerButton::Primary)
+        && let Some(from) = pressed_at.map(pixel)
+        && let Some(handle) = gizmo.hit(from)
+    {
+        *grip = Some(Grip { id, handle, from, gizmo, is_given_up: false });
     }
+    if let Some(held) = grip {
+        held.is_given_up |= gives_up || held.id != id;
+        if let (false, Some(pointer)) = (held.is_given_up, pointer) {
+            let start = view.scene.shape_in_input(&held.gizmo.shape);
+            let mut shape =
+                view.scene.shape_in_input(&held.gizmo.drag(held.handle, held.from, pixel(pointer)));
+            if snaps {
+                shape = snapped(held.handle, &start, &shape, round_step(1.0 / view.scene.scale()));
+            }
+            if response.drag_delta() != egui::Vec2::ZERO || view.draft.is_some() {
+                actions.push(Action::DraftShape(ShapeDraft { id, shape, angles: None }));
+            }
+            tell(ui, rect, pointer, &reading(held.handle, &start, &shape));
+        }
+        let handles = Handles { gizmo, lit: (!held.is_given_up).then_some(held.handle) };
+        if !response.dragged_by(PointerButton::Primary) {
+            *grip = None;
+        }
+        return (Some(handles), true);
+    }
+    let is_busy = response.dragged() || alt;
+    let lit = response.hover_pos().filter(|_| !is_busy).and_then(|p| gizmo.hit(pixel(p)));
+    if let Some(handle) = lit {
+        ui.ctx().set_cursor_icon(egui::CursorIcon::Grab);
+        response.clone().on_hover_text_at_pointer(handle.text());
+    }
+    (Some(Handles { gizmo, lit }), lit.is_some())
 }
 
 /// Value of a drag as text.

@@ -1,9 +1,8 @@
 //! Pointer input in a view: orbit, pan, zoom, hover, and the selection tools.
 
-use egui::{CursorIcon, PointerButton, Pos2, Rect, Response, Shape, Stroke, Ui, pos2};
+use egui::{Context, CursorIcon, PointerButton, Pos2, Rect, Response, Shape, Stroke, Ui, pos2};
 use nalgebra::{Point3, Vector2};
 
-use super::Viewport;
 use crate::geometry::Bulk;
 use crate::inference::UNASSIGNED;
 use crate::render::region::{points_within, primitives_within};
@@ -12,7 +11,7 @@ use crate::session::action::{Action, Verb};
 use crate::session::scene::sample_of_shown;
 use crate::session::selection::Select;
 use crate::session::view::{Picks, Tool};
-use crate::ui::scene::SceneView;
+use crate::ui::scene::{Scene, SceneView};
 use crate::ui::theme::Palette;
 use crate::ui::widgets::{count, length};
 
@@ -25,7 +24,7 @@ const LASSO_STEP: f32 = 2.0;
 
 /// A selection in progress, in logical pixels of the window.
 #[derive(Debug)]
-pub(super) struct Drawn {
+struct Drawn {
     tool: Tool,
     /// Of a box the corner that it began at.
     path: Vec<Pos2>,
@@ -46,26 +45,37 @@ impl Drawn {
     }
 }
 
-impl Viewport {
+/// The primitive under the pointer, by id, and the selection in progress.
+#[derive(Debug, Default)]
+pub(super) struct Pointer {
+    hovered: Option<u32>,
+    drawn: Option<Drawn>,
+}
+
+impl Pointer {
+    pub(super) fn hovered(&self) -> Option<u32> {
+        self.hovered
+    }
+
     /// Handles the pointer, except for handles.
-    pub(super) fn point(
+    pub(super) fn advance(
         &mut self,
-        ui: &Ui,
         view: &SceneView<'_>,
         response: &Response,
         frame: &Frame,
+        scene: &Scene,
         is_at_handle: bool,
         actions: &mut Vec<Action>,
     ) {
         if !is_at_handle || self.drawn.is_some() {
-            self.draw_around(ui, view, response, frame, actions);
+            self.draw_around(view, response, frame, scene, actions);
         }
-        let rect = response.rect;
+        let (ctx, rect) = (&response.ctx, response.rect);
         let delta = response.drag_delta();
         if delta != egui::Vec2::ZERO {
             let pans =
                 response.dragged_by(PointerButton::Secondary) || response.dragged_by(PointerButton::Middle);
-            let orbits = self.drawn.is_none() && self.grip.is_none();
+            let orbits = self.drawn.is_none() && !is_at_handle;
             if response.dragged_by(PointerButton::Primary) && orbits {
                 let (right, up) = (f64::from(delta.x) * ORBIT_SPEED, f64::from(-delta.y) * ORBIT_SPEED);
                 actions.push(Action::Orbit { right, up });
@@ -75,30 +85,30 @@ impl Viewport {
             }
         }
         let Some(pointer) = response.hover_pos() else {
-            self.set_hovered(ui, None);
+            self.set_hovered(ctx, None);
             return;
         };
         if view.view.tool != Tool::Click {
-            ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
+            ctx.set_cursor_icon(CursorIcon::Crosshair);
         }
         let offset = 2.0 * (pointer - rect.center()) / rect.size();
         let cursor = Vector2::new(f64::from(offset.x), f64::from(-offset.y));
-        let (scroll, pinch) = ui.input(|i| (i.smooth_scroll_delta().y, i.zoom_delta()));
+        let (scroll, pinch) = ctx.input(|i| (i.smooth_scroll_delta().y, i.zoom_delta()));
         if scroll != 0.0 || pinch != 1.0 {
             let factor = (-f64::from(scroll) * ZOOM_SPEED).exp() / f64::from(pinch.max(0.1));
             actions.push(Action::Zoom { cursor, factor });
         }
         if is_at_handle {
-            self.set_hovered(ui, None);
+            self.set_hovered(ctx, None);
             return;
         }
         let wants_pick = response.clicked() || response.double_clicked();
-        if !wants_pick && (response.dragged() || !self.scene.is_quick_to_pick()) {
-            self.set_hovered(ui, None);
+        if !wants_pick && (response.dragged() || !scene.is_quick_to_pick()) {
+            self.set_hovered(ctx, None);
             return;
         }
         let pixel = (pointer - rect.min) * frame.pixels_per_point;
-        let pick = picking::pick(&self.scene.pickable(), frame, glam::vec2(pixel.x, pixel.y));
+        let pick = picking::pick(&scene.pickable(), frame, glam::vec2(pixel.x, pixel.y));
         let id = pick.and_then(|pick| primitive_of(view, &pick));
         let sample = pick.and_then(|pick| sample_of(view, &pick)).map(|i| i as u32);
         explain(view, response, sample, pick.is_some(), actions);
@@ -108,7 +118,7 @@ impl Viewport {
                 actions.push(Action::SetPivot(Point3::new(p.x, p.y, p.z)));
             }
         } else if response.clicked_by(PointerButton::Primary) {
-            let how = how(ui);
+            let how = how(ctx);
             match view.view.picks {
                 Picks::Points => {
                     let samples: Bulk<Vec<u32>> =
@@ -127,7 +137,7 @@ impl Viewport {
                 },
             }
         }
-        self.set_hovered(ui, id);
+        self.set_hovered(ctx, id);
         if let Some(text) = tooltip(view, pick.as_ref(), id) {
             response.clone().on_hover_text_at_pointer(text);
         }
@@ -136,15 +146,15 @@ impl Viewport {
     /// A box or a lasso, from its first corner to what it selects.
     fn draw_around(
         &mut self,
-        ui: &Ui,
         view: &SceneView<'_>,
         response: &Response,
         frame: &Frame,
+        scene: &Scene,
         actions: &mut Vec<Action>,
     ) {
         let tool = view.view.tool;
         let (pointer, origin, alt) =
-            ui.input(|i| (i.pointer.latest_pos(), i.pointer.press_origin(), i.modifiers.alt));
+            response.ctx.input(|i| (i.pointer.latest_pos(), i.pointer.press_origin(), i.modifiers.alt));
         if tool == Tool::Click {
             self.drawn = None;
             return;
@@ -167,7 +177,7 @@ impl Viewport {
         }
         let Some(drawn) = self.drawn.take() else { return };
         let region = drawn.region(response.rect, frame.pixels_per_point);
-        let (pickable, visible_only, how) = (self.scene.pickable(), view.view.visible_only, how(ui));
+        let (pickable, visible_only, how) = (scene.pickable(), view.view.visible_only, how(&response.ctx));
         actions.push(match view.view.picks {
             Picks::Primitives => Action::SelectPrimitives {
                 ids: primitives_within(&pickable, frame, &region, visible_only).into(),
@@ -182,7 +192,7 @@ impl Viewport {
     }
 
     /// The outline of a selection in progress.
-    pub(super) fn paint_drawn(&self, ui: &Ui, rect: Rect) {
+    pub(super) fn paint(&self, ui: &Ui, rect: Rect) {
         let Some(drawn) = &self.drawn else { return };
         let palette = Palette::of(ui);
         let painter = ui.painter().with_clip_rect(rect);
@@ -201,11 +211,11 @@ impl Viewport {
         painter.extend(Shape::dashed_line(&line, Stroke::new(1.3, palette.accent), 5.0, 4.0));
     }
 
-    fn set_hovered(&mut self, ui: &Ui, now: Option<u32>) {
+    fn set_hovered(&mut self, ctx: &Context, now: Option<u32>) {
         if self.hovered != now {
             self.hovered = now;
             // The picture of this frame has been decided.
-            ui.ctx().request_repaint();
+            ctx.request_repaint();
         }
     }
 }
@@ -233,8 +243,8 @@ fn explain(
     }
 }
 
-fn how(ui: &Ui) -> Select {
-    let modifiers = ui.input(|i| i.modifiers);
+fn how(ctx: &Context) -> Select {
+    let modifiers = ctx.input(|i| i.modifiers);
     Select::of_modifiers(modifiers.shift, modifiers.command)
 }
 
