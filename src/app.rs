@@ -1,33 +1,31 @@
-//! The window: the composition root of worker, session and interface.
+//! The window: the composition root of worker, session and interface. `run` opens an [`App`], which
+//! is made of `place`, `saving` and `screenshots`.
 
 mod place;
+mod run;
 mod saving;
+mod screenshots;
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, Sender, SyncSender, channel, sync_channel};
+use std::sync::mpsc::{Receiver, Sender, sync_channel};
 use std::time::{Duration, Instant};
 
 use anyhow::Context as _;
-use egui::ColorImage;
 
 use crate::cli::Journal;
-use crate::inference::{Params, Phase};
+use crate::inference::Params;
 use crate::io;
 use crate::session::messages::{Level, Message};
-use crate::session::saving::Opening;
-use crate::session::{Action, Effect, Session};
+use crate::session::saving::{KeepingEvent, Opening};
+use crate::session::{Action, Effect, Session, Verb};
 use crate::ui::{Interface, Purpose, Sizes};
-use crate::worker::{Activity, Command, Event, Pace, SamplingOptions, Source, Worker};
+use crate::worker::{Command, Event, Pace, SamplingOptions, Source, Worker};
 
 use place::{Place, Placing};
+pub use run::{RunError, run};
 use saving::Saving;
-
-/// Smallest size of the window, in logical pixels.
-const MIN_SIZE: [f32; 2] = [480.0, 320.0];
-/// Frames between the end of the run and its picture: the last state has to
-/// be laid out and drawn.
-const SETTLING_FRAMES: u32 = 3;
+use screenshots::{Saved, Screenshots};
 
 /// Names in the store of what is remembered.
 const PREFERENCES: &str = "preferences";
@@ -50,87 +48,6 @@ pub struct Options {
     pub reset_layout: bool,
 }
 
-/// Why [`run`] gave up.
-#[derive(Debug, thiserror::Error)]
-pub enum RunError {
-    /// There is no display, no driver, or the window system refuses.
-    #[error("cannot open the window: {0}")]
-    NoWindow(String),
-    /// The window was there, but the screenshot that was asked for could not
-    /// be made: the shape can't be loaded, or the picture not written.
-    #[error("{0}")]
-    NoPicture(String),
-}
-
-/// The icon of the window, where the system doesn't take that of the menu entry.
-fn icon() -> egui::IconData {
-    const ICON: &[u8] = include_bytes!("../assets/icon.png");
-    eframe::icon_data::from_png_bytes(ICON).unwrap_or_else(|error| {
-        tracing::warn!("cannot set the window icon: {error}");
-        egui::IconData::default()
-    })
-}
-
-/// Opens the window and returns when it is closed.
-///
-/// # Errors
-/// See [`RunError`].
-pub fn run(options: Options, journal: Option<Journal>) -> Result<(), RunError> {
-    let begun = Instant::now();
-    let (sender, outcome) = channel();
-    let wants_picture = options.screenshot.is_some();
-    let native = eframe::NativeOptions {
-        viewport: egui::ViewportBuilder::default()
-            .with_title("Superform")
-            .with_app_id("superform")
-            .with_icon(icon())
-            .with_inner_size(place::SIZE)
-            .with_min_inner_size(MIN_SIZE)
-            .with_drag_and_drop(true),
-        // See there.
-        persist_window: false,
-        ..Default::default()
-    };
-    eframe::run_native(
-        "Superform",
-        native,
-        Box::new(move |cc| {
-            tracing::debug!(after = ?begun.elapsed(), "the window has a device");
-            let mut app = App::new(cc, &options)?;
-            tracing::debug!(after = ?begun.elapsed(), "the window has its pipelines");
-            app.outcome = Some(sender);
-            app.start = Start::Since(begun);
-            if let Some(journal) = journal {
-                app.listen(journal);
-            }
-            Ok(Box::new(app))
-        }),
-    )
-    .map_err(|error| RunError::NoWindow(error.to_string()))?;
-    match outcome.try_recv() {
-        Ok(result) => result.map_err(|error| RunError::NoPicture(format!("{error:#}"))),
-        Err(_) if wants_picture => {
-            Err(RunError::NoPicture("the window was closed before the screenshot was taken".to_owned()))
-        }
-        Err(_) => Ok(()),
-    }
-}
-
-/// The picture that is to be saved when the run has ended.
-#[derive(Debug)]
-struct PendingPicture {
-    path: PathBuf,
-    settled_frames: u32,
-    is_requested: bool,
-}
-
-/// A picture that the window system has taken.
-#[derive(Debug)]
-struct Picture {
-    image: Arc<ColorImage>,
-    path: PathBuf,
-}
-
 /// The application.
 #[derive(Debug)]
 pub struct App {
@@ -138,16 +55,17 @@ pub struct App {
     worker: Worker,
     interface: Interface,
     title: String,
-    pictures: (SyncSender<Picture>, Receiver<Picture>),
+    screenshots: Screenshots,
     gpu_errors: Receiver<String>,
     /// What the program logs.
     journal: Option<Journal>,
-    pending_picture: Option<PendingPicture>,
     /// Whether what is set now is for the next start, too.
     remembers: bool,
     outcome: Option<Sender<anyhow::Result<()>>>,
     start: Start,
     saving: Saving,
+    /// The window is to close, whatever is unsaved.
+    is_leaving: bool,
     placing: Placing,
 }
 
@@ -225,18 +143,14 @@ impl App {
             worker,
             interface,
             title: String::new(),
-            pictures: sync_channel(4),
+            screenshots: Screenshots::new(options.screenshot.clone()),
             gpu_errors,
             journal: None,
             remembers,
-            pending_picture: options.screenshot.clone().map(|path| PendingPicture {
-                path,
-                settled_frames: 0,
-                is_requested: false,
-            }),
             outcome: None,
             start: Start::Over,
             saving,
+            is_leaving: false,
             placing,
         })
     }
@@ -292,12 +206,15 @@ impl App {
                 Effect::Copy(text) => ctx.copy_text(text.into_inner()),
                 Effect::RequestPaste => ctx.send_viewport_cmd(egui::ViewportCommand::RequestPaste),
                 Effect::AskForScreenshot => self.ask(ctx, Purpose::Screenshot),
-                Effect::SaveScreenshot(path) => self.request_picture(ctx, path),
+                Effect::SaveScreenshot(path) => self.screenshots.request(ctx, path),
                 Effect::AskForSession => self.ask(ctx, Purpose::Session),
                 Effect::SaveSession(path) => self.saving.save(path, &self.session),
                 Effect::OpenSession(opening) => self.saving.open(opening, &self.session),
                 Effect::DiscardFound(id) => self.saving.discard(id),
-                Effect::Quit => self.leave(ctx),
+                Effect::Quit => {
+                    self.is_leaving = true;
+                    ctx.send_viewport_cmd(egui::ViewportCommand::Close);
+                }
                 Effect::OpenIfThere(path) => {
                     let there = path.exists();
                     let action = if there { Action::OpenFile(path) } else { Action::ForgetRecent(path) };
@@ -323,6 +240,40 @@ impl App {
         }
     }
 
+    /// Waits for the autosave's next event and takes it in; whether there was
+    /// one within `timeout`.
+    pub fn wait_for_keeper(&mut self, ctx: &egui::Context, timeout: Duration) -> bool {
+        let event = self.saving.next_event(timeout);
+        let came = event.is_some();
+        if let Some(event) = event {
+            self.absorb_kept(ctx, event);
+        }
+        came
+    }
+
+    fn absorb_kept(&mut self, ctx: &egui::Context, event: KeepingEvent) {
+        let effects = self.session.absorb_keeping(event);
+        self.carry_out(ctx, effects);
+    }
+
+    /// Asks before the window system closes the window over unsaved work that
+    /// nothing else keeps.
+    fn watch_closing(&mut self, ctx: &egui::Context) {
+        if self.is_leaving || !ctx.input(|input| input.viewport().close_requested()) {
+            return;
+        }
+        let effects = self.session.apply(Action::Verb(Verb::Quit));
+        if !effects.iter().any(|effect| matches!(effect, Effect::Quit)) {
+            ctx.send_viewport_cmd(egui::ViewportCommand::CancelClose);
+        }
+    }
+
+    /// Waits until all that is to be kept is on the disk: unsaved work as the
+    /// last session.
+    pub fn close(&mut self) {
+        self.saving.close(&self.session);
+    }
+
     fn send(&mut self, command: Command) {
         tracing::debug!(?command, "to the worker");
         self.worker.send(command);
@@ -346,21 +297,10 @@ impl App {
         self.interface.ask(ctx, purpose, &stem, folder);
     }
 
-    fn request_picture(&self, ctx: &egui::Context, path: PathBuf) {
-        let sender = self.pictures.0.clone();
-        let repaint = ctx.clone();
-        ctx.request_screenshot(move |image| {
-            // Fails only when the window is closing.
-            let _ = sender.try_send(Picture { image, path });
-            repaint.request_repaint();
-        });
-    }
-
     /// Saves the pictures that have been taken.
     fn save_pictures(&mut self, ctx: &egui::Context) {
-        while let Ok(Picture { image, path }) = self.pictures.1.try_recv() {
-            let result = write_png(&path, &image);
-            if self.pending_picture.take_if(|pending| pending.path == path).is_some() {
+        while let Some(Saved { path, result, is_last }) = self.screenshots.save_next() {
+            if is_last {
                 self.finish(ctx, result.with_context(|| format!("Cannot write {}", path.display())));
                 continue;
             }
@@ -376,32 +316,6 @@ impl App {
             };
             self.apply(ctx, action);
         }
-    }
-
-    /// Takes the picture that was asked for on the command line, once the run
-    /// has ended and was drawn.
-    fn advance_picture(&mut self, ctx: &egui::Context) {
-        let Some(pending) = &mut self.pending_picture else { return };
-        if let Some(message) = self.session.messages.open_error() {
-            let error = anyhow::anyhow!("{}: {}", message.what, message.why);
-            self.pending_picture = None;
-            self.finish(ctx, Err(error));
-            return;
-        }
-        let is_done = self.session.activity == Activity::Idle
-            && self.session.phase() == Some(Phase::Finished)
-            && !self.session.is_measuring();
-        if !is_done || pending.is_requested {
-            return;
-        }
-        pending.settled_frames += 1;
-        if pending.settled_frames < SETTLING_FRAMES {
-            ctx.request_repaint();
-            return;
-        }
-        pending.is_requested = true;
-        let path = pending.path.clone();
-        self.request_picture(ctx, path);
     }
 
     fn finish(&mut self, ctx: &egui::Context, result: anyhow::Result<()>) {
@@ -436,7 +350,7 @@ impl App {
 impl eframe::App for App {
     fn raw_input_hook(&mut self, _ctx: &egui::Context, input: &mut egui::RawInput) {
         // A pointer that happens to rest over the window is no part of its picture.
-        if self.pending_picture.is_some() {
+        if self.screenshots.is_pending() {
             input.events.retain(|event| !is_of_pointer(event));
         }
     }
@@ -468,7 +382,9 @@ impl eframe::App for App {
             let what = "Cannot render the 3D view".to_owned();
             self.apply(ctx, Action::Tell { what, error });
         }
-        self.absorb_keeping(ctx);
+        for event in self.saving.news() {
+            self.absorb_kept(ctx, event);
+        }
         self.watch_closing(ctx);
         let records: Vec<_> = self.journal.iter().flat_map(Journal::records).collect();
         for record in records {
@@ -477,7 +393,9 @@ impl eframe::App for App {
         }
         self.advance_start();
         self.save_pictures(ctx);
-        self.advance_picture(ctx);
+        if let Some(error) = self.screenshots.advance(ctx, &self.session) {
+            self.finish(ctx, Err(error));
+        }
         self.saving.keep(&self.session);
         self.placing.advance(ctx);
         self.update_title(ctx);
@@ -527,14 +445,4 @@ fn is_of_pointer(event: &egui::Event) -> bool {
         event,
         MouseMoved(_) | MouseWheel { .. } | PointerButton { .. } | PointerMoved(_) | Touch { .. } | Zoom(_)
     )
-}
-
-/// Writes the picture, whole or not at all.
-fn write_png(path: &Path, picture: &ColorImage) -> anyhow::Result<()> {
-    let [width, height] = picture.size;
-    let bytes: Vec<u8> = picture.pixels.iter().flat_map(|pixel| pixel.to_array()).collect();
-    let image = image::RgbaImage::from_raw(u32::try_from(width)?, u32::try_from(height)?, bytes)
-        .context("the picture is incomplete")?;
-    io::write_picture(path, &image)?;
-    Ok(())
 }

@@ -9,11 +9,9 @@ use crate::code::{Crate, Source, names_crate};
 
 /// Modules whose files are still entangled, so that nothing is said of them. Whoever
 /// disentangles one takes it off.
-const ENTANGLED: [&str; 3] = [
+const ENTANGLED: [&str; 1] = [
     // Each part is a field of `Session`, and has methods of `Session`.
-    "session", // Views know the widgets of those that they stand beside.
-    "ui",      // `App` and what it keeps.
-    "app",
+    "session",
 ];
 
 /// Crates that only some places may name, by the start of the path below src.
