@@ -18,7 +18,8 @@ use superform::render::picking::pick;
 use superform::render::{
     CameraMatrices, Frame, Highlight, PickScene, PointIndex, PrimitiveInstance, RenderOptions, Renderer,
 };
-use superform::session::scene::{Paint, SceneFromInput, UpAxis, shown_colors, shown_points};
+use superform::session::paint::{Paint, shown_colors, shown_points};
+use superform::session::scene::{SceneFromInput, UpAxis};
 use superform::worker::LoadedShape;
 
 const POINTS: usize = 1_000_000;

@@ -16,7 +16,7 @@ use anyhow::Context as _;
 use crate::cli::Journal;
 use crate::inference::Params;
 use crate::io;
-use crate::session::messages::{Level, Message};
+use crate::session::action::{Level, Message};
 use crate::session::saving::{KeepingEvent, Opening};
 use crate::session::{Action, Effect, Session, Verb};
 use crate::ui::{Interface, Purpose, Sizes};

@@ -19,8 +19,9 @@ use crate::render::{
     SurfacePaint,
 };
 use crate::session::camera::Camera;
+use crate::session::paint::{Paint, shown_colors, shown_points};
 use crate::session::scalar::{Scalar, SurfaceScalar, nearest_distances, own_distances, surface_distances};
-use crate::session::scene::{Paint, SceneFromInput, shown_colors, shown_points};
+use crate::session::scene::SceneFromInput;
 use crate::session::view::{ColorBy, Layer, View};
 
 /// Height in pixels at which points, lines and text are as large as in the

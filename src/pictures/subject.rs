@@ -15,7 +15,8 @@ use crate::inference::{
 use crate::io::{self, FoundAs, Opened, OpenedResult, ReadError, Shape, ShapeGeometry, StoredPrimitives};
 use crate::project::{self, OpenError};
 use crate::session::camera::Camera;
-use crate::session::scene::{SceneFromInput, UpAxis, shown_points};
+use crate::session::paint::shown_points;
+use crate::session::scene::{SceneFromInput, UpAxis};
 use crate::session::view::View;
 use crate::worker::LoadedShape;
 

@@ -3,9 +3,11 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::messages::{self, Level, Message};
+use super::action::{Action, Level, Message};
+use super::messages;
 use super::timeline::Timeline;
-use super::{Action, Effect, Session, Verb, merge_wording};
+use super::verb::Verb;
+use super::{Effect, Session, merge_wording};
 use crate::geometry::SampledPart;
 use crate::inference::Phase;
 use crate::worker::{Activity, Cause, Command, Event, Helper, LoadedShape, Measurement, Snapshot};

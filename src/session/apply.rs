@@ -3,17 +3,17 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use super::action::PictureKind;
+use super::action::{Action, Level, PictureKind};
 use super::camera::{AxisView, Bounds, Camera};
 use super::gizmo::Mode;
-use super::messages::Level;
 use super::saving::{Opening, Parting};
 use super::scalar::Top;
 use super::scene::SceneFromInput;
 use super::undo::Undoable;
+use super::verb::Verb;
 use super::view::{Picks, ThemeChoice, Tool, View};
 use super::window::Panel;
-use super::{Action, Effect, Session, Verb};
+use super::{Effect, Session};
 use crate::inference::Params;
 use crate::io::Format;
 use crate::worker::{Activity, Command, Source};

@@ -1,8 +1,5 @@
 //! The curves over the timeline.
 
-use super::Session;
-use crate::worker::Snapshot;
-
 /// A value of every state.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Curve {
@@ -66,19 +63,5 @@ impl Curves {
     /// The shown curves, in order.
     pub fn shown(self) -> impl Iterator<Item = Curve> {
         Curve::ALL.into_iter().filter(move |&curve| self.shows(curve))
-    }
-}
-
-impl Session {
-    /// Value of a curve at a state; `None` if there is none, or not yet.
-    pub fn value_of(&self, curve: Curve, state: &Snapshot) -> Option<f64> {
-        let figures = &state.abstraction.figures;
-        match curve {
-            Curve::Clusters => Some(figures.clusters as f64),
-            Curve::MeanError => Some(figures.mean_distance).filter(|_| figures.clusters > 0),
-            Curve::LogJoint => figures.log_joint,
-            Curve::Chamfer => self.chamfer_of(state.key).map(|chamfer| chamfer.value),
-        }
-        .filter(|value| value.is_finite())
     }
 }

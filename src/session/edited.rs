@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::Session;
-use super::messages::Level;
+use super::action::Level;
 use crate::geometry::cloud::grouped;
 use crate::inference::Occurrence;
 

@@ -2,11 +2,12 @@
 
 use std::sync::Arc;
 
+use super::action::{Action, Level};
 use super::document::Document;
 use super::merging::MERGE;
-use super::messages::Level;
 use super::undo::{Step, Undoable};
-use super::{Action, Effect, Session, Verb};
+use super::verb::Verb;
+use super::{Effect, Session};
 use crate::inference::{Edit, Setting};
 use crate::io::Shape;
 use crate::worker::{Activity, Command, LoadedShape};

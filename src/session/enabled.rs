@@ -1,9 +1,10 @@
 //! Which actions are available, and why others are not.
 
+use super::Session;
 use super::apply::mode_of;
+use super::verb::Verb;
 use super::view::{Picks, ThemeChoice, Tool};
 use super::window::Panel;
-use super::{Session, Verb};
 use crate::inference::{Algorithm, Phase};
 use crate::worker::Activity;
 

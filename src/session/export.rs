@@ -3,26 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use serde::{Deserialize, Serialize};
-
-use super::messages::Level;
+use super::action::Level;
+use super::window::ExportChoice;
 use super::{Effect, Session};
-use crate::io::{self, ExportOptions, Format, Inputs, Kind, Outcome, PrimitiveSet, ShapeGeometry};
+use crate::io::{self, Format, Inputs, Kind, Outcome, PrimitiveSet, ShapeGeometry};
 use crate::worker::{Command, ExportRequest, LoadedShape};
-
-/// The options chosen in the export dialog.
-#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
-#[serde(default)]
-pub struct ExportChoice {
-    pub format: Format,
-    pub options: ExportOptions,
-}
-
-impl Default for ExportChoice {
-    fn default() -> Self {
-        Self { format: Format::CloudPly, options: ExportOptions::default() }
-    }
-}
 
 impl Session {
     /// Why the shown state cannot be exported to a format; `None` if it can.

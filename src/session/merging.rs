@@ -1,18 +1,9 @@
 //! Proposed merges, which the user accepts or skips one by one.
 
-use super::messages::Level;
-use super::{Effect, Session};
+use super::action::Level;
+use super::{Decision, Effect, Session};
 use crate::inference::{Edit, MergeProposal};
 use crate::worker::Command;
-
-/// The decision on a proposed merge.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Decision {
-    /// Accepted.
-    Accepted,
-    /// The two primitives, by id, stay separate.
-    Skipped(u32, u32),
-}
 
 /// Label of the undo step of an accepted merge.
 pub(super) const MERGE: &str = "Merge";

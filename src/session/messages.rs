@@ -1,144 +1,15 @@
 //! Messages: the log, and the error currently shown.
 
 use std::collections::VecDeque;
-use std::time::{Duration, Instant};
+use std::time::Instant;
 
-use super::Action;
+use super::action::{Level, Message};
 use crate::inference::Occurrence;
 use crate::io::harmless;
 use crate::worker::Snapshot;
 
 /// Number of messages kept; older ones are dropped.
 const KEPT: usize = 1000;
-
-/// Severity of a message, lowest first.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Level {
-    /// Only shown in the log.
-    Detail,
-    /// Shown for a moment.
-    Note,
-    /// A problem that does not stop the work; shown for a while.
-    Warning,
-    /// Shown until it is dismissed.
-    Error,
-}
-
-impl Level {
-    pub const ALL: [Self; 4] = [Self::Detail, Self::Note, Self::Warning, Self::Error];
-
-    /// Name of the level.
-    pub fn text(self) -> &'static str {
-        match self {
-            Self::Detail => "Detail",
-            Self::Note => "Note",
-            Self::Warning => "Warning",
-            Self::Error => "Error",
-        }
-    }
-}
-
-/// A message: what happened, why, and what to do.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Message {
-    /// Number of the message, from 1; 0 before it is added.
-    pub number: u64,
-    /// Time since the program started.
-    pub at: Duration,
-    pub level: Level,
-    /// What happened.
-    pub what: String,
-    /// Why; may be empty.
-    pub why: String,
-    /// What to do about it; may be empty.
-    pub advice: String,
-    /// Chain of causes, nearest first; empty if `why` says everything.
-    pub chain: Vec<String>,
-    /// A button below the message.
-    pub offer: Option<Offer>,
-}
-
-/// A suggested next action.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Offer {
-    pub text: &'static str,
-    pub action: Box<Action>,
-}
-
-impl Message {
-    /// A message that has not been added yet.
-    pub fn new(level: Level, what: impl Into<String>) -> Self {
-        Self {
-            number: 0,
-            at: Duration::ZERO,
-            level,
-            what: what.into(),
-            why: String::new(),
-            advice: String::new(),
-            chain: Vec::new(),
-            offer: None,
-        }
-    }
-
-    /// An error with its causes, which are joined by `": "`, the nearest first.
-    pub fn error(what: impl Into<String>, causes: &str) -> Self {
-        let chain = causes.split(": ").map(str::to_owned).filter(|cause| !cause.is_empty()).collect();
-        Self { why: causes.to_owned(), chain, ..Self::new(Level::Error, what) }
-    }
-
-    #[must_use]
-    pub fn because(mut self, why: impl Into<String>) -> Self {
-        self.why = why.into();
-        self
-    }
-
-    #[must_use]
-    pub fn advise(mut self, advice: impl Into<String>) -> Self {
-        self.advice = advice.into();
-        self
-    }
-
-    #[must_use]
-    pub fn offer(mut self, text: &'static str, action: Action) -> Self {
-        self.offer = Some(Offer { text, action: Box::new(action) });
-        self
-    }
-
-    /// The whole message on one line.
-    pub fn line(&self) -> String {
-        let mut line = self.what.clone();
-        for (joint, part) in [(": ", &self.why), (". ", &self.advice)] {
-            if !part.is_empty() {
-                line.push_str(joint);
-                line.push_str(part);
-            }
-        }
-        line
-    }
-
-    /// Time in minutes and seconds.
-    pub fn clock(&self) -> String {
-        let seconds = self.at.as_secs();
-        format!("{}:{:02}", seconds / 60, seconds % 60)
-    }
-
-    /// All details for a bug report, on several lines.
-    pub fn report(&self) -> String {
-        let mut lines = vec![self.what.clone()];
-        if self.chain.is_empty() && !self.why.is_empty() {
-            lines.push(format!("  because {}", self.why));
-        }
-        lines.extend(self.chain.iter().map(|cause| format!("  because {cause}")));
-        lines.push(format!(
-            "Superform {} on {} ({}), {} after its start",
-            env!("CARGO_PKG_VERSION"),
-            std::env::consts::OS,
-            std::env::consts::ARCH,
-            self.clock()
-        ));
-        lines.join("\n")
-    }
-}
 
 /// The log, oldest first.
 #[derive(Debug, Clone)]
@@ -281,21 +152,5 @@ mod tests {
         assert_eq!(messages.get(messages.count()).map(|m| m.what.as_str()), Some("next"));
         messages.push(Level::Note, "a\u{1b}[2J\nb.ply", "");
         assert_eq!(messages.get(messages.count()).map(|m| m.what.as_str()), Some("a\\u{1b}[2J\\nb.ply"));
-    }
-
-    #[test]
-    fn an_error_keeps_its_causes_and_reports_all_it_knows() {
-        let error = Message::error("a.ply could not be opened", "the header is broken: line 3: no such type");
-        assert_eq!(error.chain, ["the header is broken", "line 3", "no such type"]);
-        assert_eq!(error.why, "the header is broken: line 3: no such type");
-        let error = error.advise("Save it again");
-        assert_eq!(
-            error.line(),
-            "a.ply could not be opened: the header is broken: line 3: no such type. Save it again"
-        );
-        let report = error.report();
-        for part in ["a.ply", "  because line 3\n", env!("CARGO_PKG_VERSION")] {
-            assert!(report.contains(part), "{report}");
-        }
     }
 }

@@ -1,6 +1,16 @@
 //! The state behind the window, as plain data: [`Session::apply`] takes user actions,
 //! [`Session::absorb`] takes events from the worker. Both return [`Effect`]s, which the owner
 //! carries out.
+//!
+//! Each layer uses only those below it:
+//!
+//! | layer | what lives there |
+//! |---|---|
+//! | `absorb`, `apply`, `comparing`, `drafting`, `edited`, `editing`, `enabled`, `estimating`, `export`, `keeping`, `merging`, `playing`, `preferences`, `reasons`, `renewing`, `seed_runs`, `telling` | the methods of the session |
+//! | `Session`, `Effect`, `Decision` | the whole state |
+//! | `messages`, `action`, `verb` | the log, user actions |
+//! | `saving`, `workspace`, `document`, `undo`, `comparison`, `timeline`, `naming` | what is saved and undone: states in branches |
+//! | `camera`, `curves`, `estimates`, `gizmo`, `live`, `merge_wording`, `paint`, `playback`, `scalar`, `scene`, `seeds`, `selection`, `shaping`, `view`, `window` | other parts of the state |
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -20,32 +30,41 @@ mod absorb;
 pub mod action;
 mod apply;
 pub mod camera;
+mod comparing;
 pub mod comparison;
 pub mod curves;
 pub mod document;
+mod drafting;
 mod edited;
 mod editing;
 mod enabled;
 pub mod estimates;
+mod estimating;
 mod export;
 pub mod gizmo;
+mod keeping;
 pub mod live;
 pub mod merge_wording;
 mod merging;
 pub mod messages;
 pub mod naming;
+pub mod paint;
 pub mod playback;
+mod playing;
 pub mod preferences;
 mod reasons;
+mod renewing;
 pub mod saving;
 pub mod scalar;
 pub mod scene;
+mod seed_runs;
 pub mod seeds;
 pub mod selection;
 pub mod shaping;
 mod telling;
 pub mod timeline;
 pub mod undo;
+pub mod verb;
 pub mod view;
 pub mod window;
 pub mod workspace;
@@ -53,15 +72,14 @@ pub mod workspace;
 #[cfg(test)]
 mod tests;
 
-pub use action::{Action, Verb};
+pub use action::Action;
+use action::PictureKind;
 use camera::Camera;
 use comparison::Comparison;
 use curves::Curves;
 use document::Document;
 use estimates::Estimates;
-pub use export::ExportChoice;
 use live::Live;
-use merging::Decision;
 use messages::Messages;
 use playback::Playback;
 use saving::{Opening, Saving};
@@ -70,7 +88,9 @@ use seeds::Seeds;
 use shaping::Shaping;
 use timeline::Timeline;
 use undo::Undo;
+pub use verb::Verb;
 use view::View;
+pub use window::ExportChoice;
 use window::Window;
 
 /// A speed at which each iteration can be followed and the default run takes
@@ -108,9 +128,18 @@ pub enum Effect {
     /// Restore the default panel sizes.
     ResetLayout,
     /// Ask for the picture's options, then for its file.
-    AskForPicture(action::PictureKind),
-    SavePicture(action::PictureKind, PathBuf),
+    AskForPicture(PictureKind),
+    SavePicture(PictureKind, PathBuf),
     Quit,
+}
+
+/// The decision on a proposed merge.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Decision {
+    /// Accepted.
+    Accepted,
+    /// The two primitives, by id, stay separate.
+    Skipped(u32, u32),
 }
 
 /// Everything the window shows, except for widget state kept by egui.

@@ -2,9 +2,9 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Session;
 use super::view::ThemeChoice;
-use super::window::{Panel, Window};
-use super::{ExportChoice, Session};
+use super::window::{ExportChoice, Panel, Window};
 use crate::io::StoredPath;
 use crate::worker::Pace;
 

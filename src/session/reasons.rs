@@ -1,7 +1,8 @@
 //! Why an action is not available.
 
+use super::Session;
 use super::apply::mode_of;
-use super::{Session, Verb};
+use super::verb::Verb;
 use crate::inference::Phase;
 use crate::worker::Activity;
 

@@ -3,10 +3,11 @@
 
 use std::path::{Path, PathBuf};
 
-use super::messages::{Level, Message};
+use super::action::{Action, Level, Message};
 use super::saving::{Opening, Parting};
+use super::verb::Verb;
 use super::window::Window;
-use super::{Action, Effect, Session, Verb};
+use super::{Effect, Session};
 use crate::inference::Occurrence;
 use crate::io::{self, Format};
 use crate::worker::{Activity, FAULT, Source};

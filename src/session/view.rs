@@ -1,6 +1,6 @@
 //! View settings.
 
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 use super::scalar::Top;
 
@@ -164,12 +164,32 @@ impl ThemeChoice {
     pub const ALL: [Self; 3] = [Self::System, Self::Light, Self::Dark];
 }
 
+/// Which layers are shown. In files by name, so that whoever adds one can still read what was
+/// written before.
+#[derive(Debug, Clone, Copy, PartialEq)]
+struct Layers([bool; Layer::ALL.len()]);
+
+impl Serialize for Layers {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        Layer::ALL.map(|layer| (layer, self.0[layer as usize])).as_slice().serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for Layers {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        let mut layers = View::default().layers;
+        for (layer, shown) in Vec::<(Layer, bool)>::deserialize(deserializer)? {
+            layers.0[layer as usize] = shown;
+        }
+        Ok(layers)
+    }
+}
+
 /// Settings of the viewport and the window.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct View {
-    #[serde(with = "by_name")]
-    layers: [bool; Layer::ALL.len()],
+    layers: Layers,
     pub surface_style: SurfaceStyle,
     /// Diameter of a point in logical pixels.
     pub point_size: f32,
@@ -214,18 +234,18 @@ impl View {
     }
 
     pub fn shows(&self, layer: Layer) -> bool {
-        self.layers[layer as usize]
+        self.layers.0[layer as usize]
     }
 
     pub fn set_layer(&mut self, layer: Layer, shown: bool) {
-        self.layers[layer as usize] = shown;
+        self.layers.0[layer as usize] = shown;
     }
 }
 
 impl Default for View {
     fn default() -> Self {
         Self {
-            layers: [true; Layer::ALL.len()],
+            layers: Layers([true; Layer::ALL.len()]),
             surface_style: SurfaceStyle::default(),
             point_size: 3.5,
             color_by: ColorBy::default(),
@@ -242,26 +262,5 @@ impl Default for View {
             shows_shortcuts: false,
             shows_about: false,
         }
-    }
-}
-
-/// Layers in files: whoever adds one can still read what was written before.
-mod by_name {
-    use serde::{Deserialize, Deserializer, Serialize, Serializer};
-
-    use super::{Layer, View};
-
-    type Layers = [bool; Layer::ALL.len()];
-
-    pub(super) fn serialize<S: Serializer>(layers: &Layers, serializer: S) -> Result<S::Ok, S::Error> {
-        Layer::ALL.map(|layer| (layer, layers[layer as usize])).as_slice().serialize(serializer)
-    }
-
-    pub(super) fn deserialize<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Layers, D::Error> {
-        let mut layers = View::default().layers;
-        for (layer, shown) in Vec::<(Layer, bool)>::deserialize(deserializer)? {
-            layers[layer as usize] = shown;
-        }
-        Ok(layers)
     }
 }

@@ -2,7 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use super::export::ExportChoice;
+use serde::{Deserialize, Serialize};
+
+use crate::io::{ExportOptions, Format};
 
 /// The closable panels around the viewport.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -54,6 +56,20 @@ impl FromIterator<PathBuf> for Recent {
     /// Newest first.
     fn from_iter<T: IntoIterator<Item = PathBuf>>(paths: T) -> Self {
         Self { paths: paths.into_iter().take(RECENT).collect() }
+    }
+}
+
+/// The options chosen in the export dialog.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct ExportChoice {
+    pub format: Format,
+    pub options: ExportOptions,
+}
+
+impl Default for ExportChoice {
+    fn default() -> Self {
+        Self { format: Format::CloudPly, options: ExportOptions::default() }
     }
 }
 

@@ -10,8 +10,9 @@ use super::fuzzy;
 use super::theme::{self, Palette};
 use crate::inference::Method;
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
 use crate::session::scene::UpAxis;
+use crate::session::verb::Verb;
 use crate::session::view::{ColorBy, Layer, SurfaceStyle};
 use crate::worker::Pace;
 

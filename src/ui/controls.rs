@@ -13,8 +13,9 @@ use crate::inference::parameters::{Number, Taken};
 use crate::inference::{MergeRule, Method, PARAMETERS, Parameter, Params, Setting};
 use crate::io::ShapeGeometry;
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
 use crate::session::scene::extent_of;
+use crate::session::verb::Verb;
 use crate::worker::{Pace, SamplingOptions};
 
 /// Width of the column of labels.

@@ -5,8 +5,8 @@ use egui::{Align2, Area, Context, Frame, Id, Label, RichText, vec2};
 use super::theme::Palette;
 use super::widgets::{keep_clear, offer_button, scrolling};
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
-use crate::session::messages::Message;
+use crate::session::action::{Action, Message};
+use crate::session::verb::Verb;
 
 /// Height around the scrolling part: frame, two rows of buttons, margins.
 const ROOM: f32 = 120.0;

@@ -5,7 +5,8 @@ use egui::{Align2, Context, Frame, Grid, Label, RichText, TextEdit, Window, vec2
 use super::theme::Palette;
 use super::widgets::{dialog_width, scrolling};
 use crate::session::Session;
-use crate::session::action::{Action, EVERYWHERE, Group, MOUSE, Verb};
+use crate::session::action::Action;
+use crate::session::verb::{EVERYWHERE, Group, MOUSE, Verb};
 
 /// Width of a table in logical pixels.
 const COLUMN: f32 = 250.0;

@@ -5,8 +5,9 @@ use egui::{Button, RichText, ScrollArea, Ui};
 use super::theme::Palette;
 use super::widgets::{lower_first, with_reason};
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
 use crate::session::timeline::Timeline;
+use crate::session::verb::Verb;
 
 /// Height of the list.
 const HEIGHT: f32 = 320.0;

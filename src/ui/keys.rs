@@ -1,7 +1,8 @@
 //! Maps egui's key events to verbs.
 
 use crate::session::Session;
-use crate::session::action::{Action, Key, Shortcut, Verb};
+use crate::session::action::Action;
+use crate::session::verb::{Key, Shortcut, Verb};
 use crate::session::view::Tool;
 
 /// Verbs whose shortcuts were pressed in this frame, available ones first.

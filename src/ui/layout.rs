@@ -6,7 +6,8 @@ use serde::{Deserialize, Serialize};
 use super::timeline;
 use super::widgets::bounded;
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
+use crate::session::verb::Verb;
 
 /// Sizes of the panels in logical pixels: widths of the side panels, heights of
 /// log and timeline.

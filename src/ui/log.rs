@@ -5,8 +5,8 @@ use egui::{Align, Label, Layout, RichText, ScrollArea, Sense, TextEdit, Ui, vec2
 use super::theme::Palette;
 use super::widgets::{choice, close_button};
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
-use crate::session::messages::{Level, Message};
+use crate::session::action::{Action, Level, Message};
+use crate::session::verb::Verb;
 
 /// Height of a line.
 const LINE: f32 = 19.0;

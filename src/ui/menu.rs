@@ -6,8 +6,9 @@ use super::history;
 use super::theme::Palette;
 use super::widgets::{menu, menu_item};
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
 use crate::session::scene::UpAxis;
+use crate::session::verb::Verb;
 use crate::session::view::{Layer, ThemeChoice};
 
 pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {

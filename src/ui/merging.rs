@@ -10,7 +10,8 @@ use super::primitives::swatch;
 use super::theme::{self, Palette};
 use super::widgets::{figure, keep_clear, primary_button, verb_button};
 use crate::inference::{MergeProposal, TestNumber};
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
+use crate::session::verb::Verb;
 use crate::session::{Session, merge_wording};
 
 /// Widths in logical pixels.

@@ -10,7 +10,8 @@ use super::theme::Palette;
 use super::widgets::{count, keep_clear, length};
 use crate::inference::{Explanation, Held, Odds, explain};
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
+use crate::session::verb::Verb;
 use crate::worker::{LoadedShape, Snapshot};
 
 mod equation;

@@ -11,8 +11,9 @@ use crate::geometry::palette::{Colors, UNASSIGNED_COLOR};
 use crate::io::ShapeGeometry;
 use crate::render::colormap::viridis;
 use crate::render::{Highlight, PickScene, PointIndex, PrimitiveInstance, SurfacePaint};
+use crate::session::paint::{Paint, faded, shown_colors, shown_points};
 use crate::session::scalar::{Scalar, SurfaceScalar, Unit};
-use crate::session::scene::{Paint, SceneFromInput, faded, shown_colors, shown_points};
+use crate::session::scene::SceneFromInput;
 use crate::session::view::ColorBy;
 use crate::worker::{LoadedShape, Snapshot};
 

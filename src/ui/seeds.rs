@@ -9,8 +9,9 @@ use super::theme::{self, Palette};
 use super::viewport::Studio;
 use super::widgets::{length, verb_button};
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
 use crate::session::seeds::{SeedOrder, SeedResult};
+use crate::session::verb::Verb;
 use crate::session::view::ColorBy;
 
 mod thumbnails;

@@ -8,8 +8,7 @@ use egui::{Align, Align2, Area, Context, Frame, Id, Label, Layout, Rect, RichTex
 use super::theme::Palette;
 use super::widgets::{cards, close_button, offer_button};
 use crate::session::Session;
-use crate::session::action::Action;
-use crate::session::messages::{Level, Message};
+use crate::session::action::{Action, Level, Message};
 
 /// Maximum number shown at a time; older ones are removed.
 const MOST: usize = 4;

@@ -8,8 +8,8 @@ use egui::{
 use super::theme::{self, Palette};
 pub(super) use crate::geometry::cloud::grouped as count;
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
-use crate::session::messages::Offer;
+use crate::session::action::{Action, Offer};
+use crate::session::verb::Verb;
 
 /// Between a dialog's contents and the window's edge: its frame and some air.
 const DIALOG_MARGIN: f32 = 26.0;

@@ -5,7 +5,7 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use superform::session::action::{EVERYWHERE, Group, MOUSE, Verb};
+use superform::session::verb::{EVERYWHERE, Group, MOUSE, Verb};
 
 /// Set, the list of keys is written instead of compared.
 const WRITE: &str = "SUPERFORM_WRITE_DOCS";

@@ -3,7 +3,7 @@
 use crate::driver::{Driver, PATIENCE, Role, file, options};
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::{NodeT, Queryable};
-use superform::session::action::Verb;
+use superform::session::verb::Verb;
 use superform::session::view::Layer;
 use superform::worker::Source;
 

@@ -13,7 +13,7 @@ use egui_kittest::kittest::{NodeT, Queryable};
 use superform::app::{App, Options};
 use superform::cli::Journal;
 use superform::session::Verb;
-use superform::session::messages::Level;
+use superform::session::action::Level;
 use superform::session::view::{SurfaceStyle, ThemeChoice};
 use superform::session::window::Panel;
 use superform::worker::{Pace, Source};

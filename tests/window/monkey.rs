@@ -17,7 +17,7 @@ use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use superform::inference::Phase;
-use superform::session::action::{Key as Printed, Verb};
+use superform::session::verb::{Key as Printed, Verb};
 use superform::worker::{Activity, Source};
 
 const STEPS: u64 = 500;

@@ -6,7 +6,8 @@ use egui::{Button, Response, RichText, Sense, Ui, vec2};
 use super::theta;
 use crate::inference::Primitive;
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
+use crate::session::verb::Verb;
 use crate::ui::theme::{self, Palette};
 use crate::ui::widgets::{choice, count, divide, length, verb_button, with_reason};
 

@@ -9,8 +9,9 @@ use egui::{
 
 use crate::inference::{Edit, Primitive};
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
 use crate::session::selection::Select;
+use crate::session::verb::Verb;
 use crate::ui::theme::{self, Palette};
 use crate::ui::widgets::{count, eye, focus_ring, follow_focus, length, menu_item};
 

@@ -6,10 +6,11 @@ use egui::{Button, ComboBox, Layout, Popup, PopupCloseBehavior, ProgressBar, Ric
 use super::icons::{Icon, verb_icon};
 use super::{lanes, marks};
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
 use crate::session::comparison::Comparison;
 use crate::session::curves::Curve;
 use crate::session::playback::Playback;
+use crate::session::verb::Verb;
 use crate::ui::progress::advance;
 use crate::ui::theme::Palette;
 use crate::ui::widgets::verb_button;

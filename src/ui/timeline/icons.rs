@@ -3,7 +3,8 @@
 use egui::{Color32, Painter, Pos2, Rect, Response, Role, Sense, Shape, Stroke, Ui, WidgetInfo, pos2, vec2};
 
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
+use crate::session::verb::Verb;
 use crate::ui::theme;
 use crate::ui::widgets::with_reason;
 

@@ -4,8 +4,9 @@ use egui::{Align2, Color32, FontId, Pos2, Rect, Role, Sense, Stroke, Ui, Vec2, W
 use nalgebra::Point3;
 
 use super::pointer::ORBIT_SPEED;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
 use crate::session::camera::{AxisView, Camera};
+use crate::session::verb::Verb;
 use crate::ui::scene::SceneView;
 use crate::ui::theme::Palette;
 use crate::ui::widgets;

@@ -6,8 +6,9 @@ use egui::{
 };
 
 use crate::render::colormap::viridis;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
 use crate::session::scalar::{Top, Unit};
+use crate::session::verb::Verb;
 use crate::session::view::{ColorBy, View};
 use crate::ui::scene::{Legend, Scene};
 use crate::ui::theme::{self, Palette, data_color};

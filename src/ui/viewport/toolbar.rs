@@ -8,7 +8,8 @@ use egui::{
 
 use crate::io::ShapeGeometry;
 use crate::session::Session;
-use crate::session::action::{Action, Verb};
+use crate::session::action::Action;
+use crate::session::verb::Verb;
 use crate::session::view::{ColorBy, Layer, Picks, SurfaceStyle, View};
 use crate::ui::theme::{self, Palette};
 use crate::ui::widgets::{menu, menu_item, tooltip};
