@@ -2,8 +2,9 @@
 //!
 //! The crate implements the nonparametric Bayesian shape abstraction of Wu,
 //! Liu, Ruan and Chirikjian (*Primitive-based Shape Abstraction via
-//! Nonparametric Bayesian Inference*, ECCV 2022) as a library, a command line
-//! and, with the feature `window`, an interactive desktop viewer.
+//! Nonparametric Bayesian Inference*, ECCV 2022) as a library, with the feature
+//! `cli` a command line and, with the feature `window`, an interactive desktop
+//! viewer.
 //!
 //! # The map
 //!
@@ -23,7 +24,7 @@
 //! | `render` | wgpu pipelines | `geometry` |
 //! | `pictures` | pictures without a window | `project`, `render`, and what they use |
 //! | `ui` | egui panels and the viewport | `pictures::frame`, `session`, `render`, `worker`, `inference`, `io`, `geometry` |
-//! | [`cli`] | the command line | `pictures`, `session`, `inference`, `io`, `worker`, `geometry` |
+//! | `cli` | the command line | `pictures`, `session`, `inference`, `io`, `worker`, `geometry` |
 //! | `app` | the window's composition root | all |
 //!
 //! `tests/repository/architecture.rs` reads this table and fails on a dependency that it
@@ -53,13 +54,15 @@
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
-pub mod cli;
 pub mod geometry;
 pub mod inference;
 pub mod io;
 pub mod project;
 pub mod session;
 pub mod worker;
+
+#[cfg(feature = "cli")]
+pub mod cli;
 
 #[cfg(feature = "window")]
 pub mod app;
