@@ -28,7 +28,8 @@
 //! | `app` | the window's composition root | all |
 //!
 //! `tests/repository/architecture.rs` reads this table and fails on a dependency that it
-//! does not allow, and where the files of a module use one another in a circle.
+//! does not allow, where the files of a module use one another in a circle, and where they
+//! leave the order of the layers that their module's documentation gives.
 //!
 //! # As a library
 //!
