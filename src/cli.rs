@@ -235,6 +235,7 @@ impl Cli {
         if headless {
             let output = PathBuf::from(FALLBACK_FOLDER);
             return Ok(Request::Headless(HeadlessJob {
+                viewpoints: Vec::new(),
                 source,
                 sampling,
                 params,
@@ -280,7 +281,16 @@ pub fn instead_of_window(request: WindowRequest, why: &str) -> ExitCode {
     }
     say(&format!("{why}; running without a window, writing results to ./{FALLBACK_FOLDER}"));
     let output = PathBuf::from(FALLBACK_FOLDER);
-    HeadlessJob { source, sampling, params, output, exports: Vec::new(), quiet: false }.run()
+    HeadlessJob {
+        source,
+        viewpoints: Vec::new(),
+        sampling,
+        params,
+        output,
+        exports: Vec::new(),
+        quiet: false,
+    }
+    .run()
 }
 
 /// Sends warnings (or what RUST_LOG asks for) to standard error, and warnings

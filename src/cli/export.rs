@@ -12,7 +12,7 @@ use super::interrupt::until_done_or_interrupted;
 use super::output::say;
 use crate::geometry::palette::Colors;
 use crate::geometry::{SampleCloud, SamplingOptions};
-use crate::inference::{Abstraction, Figures, Params, Phase, UNASSIGNED};
+use crate::inference::{Abstraction, Figures, Params, Phase, Sighting, UNASSIGNED};
 use crate::io::{
     self, ExportOptions, Format, FoundAs, Inputs, Kind, Outcome, PrimitiveSet, SEGMENTED_FILE, Shape,
     ShapeGeometry, StoredPrimitives,
@@ -289,6 +289,7 @@ impl WriteJob {
             pinned: [].into(),
             primitives: stored.primitives.clone().into(),
             figures,
+            sighting: Sighting::default(),
         };
         Ok(Some(Segmented { shape: result.shape, cloud, abstraction }))
     }

@@ -6,6 +6,7 @@ use std::time::{Duration, Instant};
 
 use anyhow::bail;
 use indicatif::{ProgressBar, ProgressStyle};
+use nalgebra::Point3;
 
 use super::interrupt::until_done_or_interrupted;
 use super::job::{Finished, Stage};
@@ -19,6 +20,9 @@ use crate::worker::Source;
 #[derive(Debug, Clone, PartialEq)]
 pub struct HeadlessJob {
     pub source: Source,
+    /// Places that the shape was seen from, in its units; where there are none,
+    /// those that its file names.
+    pub viewpoints: Vec<Point3<f64>>,
     pub sampling: SamplingOptions,
     pub params: Params,
     /// Folder for the results.
@@ -60,18 +64,20 @@ impl HeadlessJob {
             bar.set_style(style);
         }
         let finished =
-            Finished::make(&self.source, self.sampling, self.params, cancel, |stage| match stage {
-                Stage::Reading => bar.set_message("reading"),
-                Stage::Read(shape) => {
-                    for note in shape.notes.iter().filter(|_| !self.quiet) {
-                        bar.suspend(|| say(&format!("{}: {note}", shape.name)));
+            Finished::make(&self.source, &self.viewpoints, self.sampling, self.params, cancel, |stage| {
+                match stage {
+                    Stage::Reading => bar.set_message("reading"),
+                    Stage::Read(shape) => {
+                        for note in shape.notes.iter().filter(|_| !self.quiet) {
+                            bar.suspend(|| say(&format!("{}: {note}", shape.name)));
+                        }
                     }
-                }
-                Stage::Sampling => bar.set_message("sampling"),
-                Stage::Starting => bar.set_message("starting"),
-                Stage::Step { iteration, clusters } => {
-                    bar.set_position(u64::from(iteration));
-                    bar.set_message(primitives(clusters));
+                    Stage::Sampling => bar.set_message("sampling"),
+                    Stage::Starting => bar.set_message("starting"),
+                    Stage::Step { iteration, clusters } => {
+                        bar.set_position(u64::from(iteration));
+                        bar.set_message(primitives(clusters));
+                    }
                 }
             })?;
         bar.finish_and_clear();
@@ -86,9 +92,10 @@ impl HeadlessJob {
 
 fn summary(outcome: &Outcome<'_>, elapsed: Duration) -> String {
     let Outcome { shape, cloud, abstraction, .. } = outcome;
-    let part = cloud.part.note().map(|note| format!("; {note}")).unwrap_or_default();
+    let notes = [cloud.part.note(), abstraction.sighting.note()];
+    let notes: String = notes.into_iter().flatten().map(|note| format!("; {note}")).collect();
     format!(
-        "{}: {}, {} samples{part}\n{}, mean distance {}, {} samples unassigned, {:.1} s",
+        "{}: {}, {} samples{notes}\n{}, mean distance {}, {} samples unassigned, {:.1} s",
         shape.name,
         contents(shape),
         cloud.points.len(),

@@ -6,6 +6,7 @@ use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use anyhow::Context;
+use nalgebra::Point3;
 
 use crate::geometry::palette::Colors;
 use crate::geometry::{SampleCloud, SamplingOptions};
@@ -40,12 +41,14 @@ pub(super) struct Finished {
 }
 
 impl Finished {
-    /// Makes a run from beginning to end.
+    /// Makes a run from beginning to end. `viewpoints`, in input units, stand in
+    /// place of those that the file names.
     ///
     /// # Errors
     /// What stopped it; [`InferenceError::Cancelled`] if that was `cancel`.
     pub(super) fn make(
         source: &Source,
+        viewpoints: &[Point3<f64>],
         sampling: SamplingOptions,
         params: Params,
         cancel: &Cancel,
@@ -53,10 +56,13 @@ impl Finished {
     ) -> anyhow::Result<Self> {
         let mut record = RunRecord::default();
         watch(Stage::Reading);
-        let shape = timed(&mut record.times.read, || match source {
+        let mut shape = timed(&mut record.times.read, || match source {
             Source::File(path) => io::read(path),
             Source::BuiltIn => io::built_in(),
         })?;
+        if !viewpoints.is_empty() {
+            shape.viewpoints = viewpoints.to_vec();
+        }
         watch(Stage::Read(&shape));
         watch(Stage::Sampling);
         let cloud = timed(&mut record.times.sample, || io::sample(&shape, &sampling))

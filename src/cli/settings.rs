@@ -8,7 +8,7 @@ use clap::{Arg, ArgMatches, Args, Command, FromArgMatches, ValueEnum};
 use crate::geometry::metrics::MetricOptions;
 use crate::geometry::{Isolated, SamplingOptions, Surface};
 use crate::inference::parameters::{Number, brief};
-use crate::inference::{MergeRule, Method, PARAMETERS, Parameter, Params, Setting};
+use crate::inference::{MergeRule, Method, PARAMETERS, Parameter, Params, SeenFrom, Setting};
 
 /// A method, what it is tuned with, and what of a shape it is given.
 #[derive(Debug, Clone, Args)]
@@ -42,6 +42,9 @@ pub(super) struct TuningArgs {
     /// Do not merge primitives
     #[arg(long)]
     pub(super) no_merge: bool,
+    /// Whether the shape was seen from all sides or from one [default: auto]
+    #[arg(long, value_enum, value_name = "SIDES")]
+    pub(super) seen_from: Option<SeenFromChoice>,
 }
 
 /// The methods, with what they do.
@@ -71,6 +74,20 @@ enum IsolatedChoice {
     Keep,
 }
 
+/// From which sides the shape was seen. What nobody saw may hold surface without
+/// points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub(super) enum SeenFromChoice {
+    /// From its viewpoints if they are known, from one side if that shows all
+    /// points, otherwise from all sides
+    Auto,
+    /// From all sides: a place without points is empty
+    All,
+    /// From its viewpoints if they are known, otherwise from the side that shows
+    /// the most points
+    OneSide,
+}
+
 impl TuningArgs {
     /// The usual sampling, with the number of samples that was asked for.
     pub(super) fn sampling(&self) -> Result<SamplingOptions, String> {
@@ -85,6 +102,13 @@ impl TuningArgs {
         if self.no_merge && params.reads(Setting::Merge) {
             params.merge = MergeRule::None;
         }
+        if let Some(choice) = self.seen_from.filter(|_| params.reads(Setting::SeenFrom)) {
+            params.seen_from = match choice {
+                SeenFromChoice::Auto => SeenFrom::Auto,
+                SeenFromChoice::All => SeenFrom::All,
+                SeenFromChoice::OneSide => SeenFrom::OneSide,
+            };
+        }
         let of = params;
         for (parameter, value) in self.numbers.given().filter(|(p, _)| of.reads(p.setting)) {
             parameter.set(&mut params, value);
@@ -97,7 +121,8 @@ impl TuningArgs {
     pub(super) fn unread(&self, params: &[Params]) -> Option<String> {
         let numbers = self.numbers.given().map(|(p, _)| (format!("--{}", p.name), p.setting));
         let merge = self.no_merge.then(|| ("--no-merge".to_owned(), Setting::Merge));
-        let mut given = numbers.chain(merge);
+        let sides = self.seen_from.map(|_| ("--seen-from".to_owned(), Setting::SeenFrom));
+        let mut given = numbers.chain(merge).chain(sides);
         given.find(|(_, setting)| !params.iter().any(|p| p.reads(*setting))).map(|(option, _)| option)
     }
 }
@@ -191,13 +216,23 @@ const WHOLE: &str = "a non-negative whole number";
 /// their options.
 pub(super) fn keys() -> impl Iterator<Item = &'static str> {
     let numbers = PARAMETERS.iter().filter(|p| p.number.is_some()).map(|p| p.name);
-    ["method", "points"].into_iter().chain(numbers).chain(["no-merge", "surface", "isolated", "seed"])
+    ["method", "points"].into_iter().chain(numbers).chain([
+        "no-merge",
+        "seen-from",
+        "surface",
+        "isolated",
+        "seed",
+    ])
 }
 
 /// What a method must read for a setting to make sense.
 fn setting_of(key: &str) -> Option<Setting> {
     let number = PARAMETERS.iter().find(|p| p.number.is_some() && p.name == key).map(|p| p.setting);
-    number.or((key == "no-merge").then_some(Setting::Merge))
+    number.or(match key {
+        "no-merge" => Some(Setting::Merge),
+        "seen-from" => Some(Setting::SeenFrom),
+        _ => None,
+    })
 }
 
 /// The name in [`keys`] that a person means: `--primitive-cost`,
@@ -304,6 +339,7 @@ impl SettingsArgs {
                     _ => return Err(format!("“{text}” is neither true nor false")),
                 }
             }
+            "seen-from" => tuning.seen_from = Some(choice(text)?),
             "surface" => self.surface = choice(text)?,
             "isolated" => self.isolated = choice(text)?,
             "seed" => self.seed = number(text, WHOLE)?,

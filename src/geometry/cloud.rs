@@ -24,6 +24,9 @@ pub struct SampleCloud {
     pub sample_of_input: Option<Vec<u32>>,
     /// What of the input the samples stand for.
     pub part: SampledPart,
+    /// The places that the shape was seen from, in input units, where they are
+    /// known.
+    pub viewpoints: Vec<Point3<f64>>,
 }
 
 impl fmt::Debug for SampleCloud {
@@ -32,6 +35,7 @@ impl fmt::Debug for SampleCloud {
             .field("points", &Brief::of_points(&self.points))
             .field("sample_of_input", &self.sample_of_input.as_ref().map(Brief::of))
             .field("part", &self.part)
+            .field("viewpoints", &self.viewpoints)
             .finish()
     }
 }
@@ -129,7 +133,12 @@ impl SampleCloud {
                 }
             })
             .collect();
-        Self { points: kept, sample_of_input: Some(sample_of_input), part: SampledPart::Whole }
+        Self {
+            points: kept,
+            sample_of_input: Some(sample_of_input),
+            part: SampledPart::Whole,
+            viewpoints: Vec::new(),
+        }
     }
 
     /// Labels of all input points, in input order, from the labels of the

@@ -141,7 +141,7 @@ pub fn sample_mesh(mesh: &TriMesh, options: &SamplingOptions) -> Result<SampleCl
     let by_cells = order.level_with(wanted).map_or(by_area, |level| 0.5 * level.cell);
     let kept = eliminate(&candidates, wanted, by_area.min(by_cells));
     let points = kept.into_iter().map(|i| faces.frame.input(&candidates[i as usize])).collect();
-    Ok(SampleCloud { points, sample_of_input: None, part })
+    Ok(SampleCloud { points, sample_of_input: None, part, viewpoints: Vec::new() })
 }
 
 /// Random points of a mesh's surface, seen or not, as many on each part as is
@@ -219,7 +219,12 @@ fn sample_members(points: &[Point3<f64>], members: &[u32], wanted: usize) -> Sam
         sample_of_input[i as usize] = sample;
     }
     let points = kept.iter().map(|&k| points[members[k as usize] as usize]).collect();
-    SampleCloud { points, sample_of_input: Some(sample_of_input), part: SampledPart::Whole }
+    SampleCloud {
+        points,
+        sample_of_input: Some(sample_of_input),
+        part: SampledPart::Whole,
+        viewpoints: Vec::new(),
+    }
 }
 
 /// The nearest sample of each point, the smallest index among equals, as
@@ -296,7 +301,12 @@ fn distinct(points: &[Point3<f64>], members: &[u32]) -> SampleCloud {
             (kept.len() - 1) as u32
         });
     }
-    SampleCloud { points: kept, sample_of_input: Some(sample_of_input), part: SampledPart::Whole }
+    SampleCloud {
+        points: kept,
+        sample_of_input: Some(sample_of_input),
+        part: SampledPart::Whole,
+        viewpoints: Vec::new(),
+    }
 }
 
 /// Candidates for samples, in the frame.

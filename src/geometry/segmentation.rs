@@ -355,7 +355,8 @@ mod tests {
             () => u32::MAX,
         };
         let labels = points.iter().map(label).collect();
-        let cloud = SampleCloud { points, sample_of_input: None, part: Default::default() };
+        let cloud =
+            SampleCloud { points, sample_of_input: None, part: Default::default(), viewpoints: Vec::new() };
         (cloud, labels)
     }
 
@@ -433,7 +434,12 @@ mod tests {
         let (split, found) = split_at_boundaries(&mesh, &cloud, &labels);
         assert_eq!(split, mesh);
         assert!(found.iter().all(|&l| l == 5));
-        let none = SampleCloud { points: Vec::new(), sample_of_input: None, part: Default::default() };
+        let none = SampleCloud {
+            points: Vec::new(),
+            sample_of_input: None,
+            part: Default::default(),
+            viewpoints: Vec::new(),
+        };
         assert_eq!(face_labels(&mesh, &none, &[]), vec![u32::MAX; mesh.faces.len()]);
         assert_eq!(split_at_boundaries(&mesh, &none, &[]).0, mesh);
     }

@@ -30,12 +30,13 @@ pub use control::{Cancel, InferenceError};
 pub use data::abstraction::{
     Abstraction, Figures, MergeReason, MergeReport, Occurrence, PaperFinding, Phase, Primitive, UNASSIGNED,
 };
+pub use data::known_space::Sighting;
 pub use data::label_uncertainty::{align_labels, aligned, disagreement, label_entropy};
 pub use data::state::Cluster;
 pub use gibbs::sampler::Sampler;
 pub use method::Method;
 pub use parameters::{PARAMETERS, Parameter, Setting};
-pub use params::{Algorithm, MergeRule, Params};
+pub use params::{Algorithm, MergeRule, Params, SeenFrom};
 pub use runs::checkpoint::Checkpoint;
 pub use runs::edit::Edit;
 pub use runs::explain::{

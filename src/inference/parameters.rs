@@ -2,7 +2,7 @@
 //! and sweeps, the sliders and the checks read it; a further parameter is a
 //! field of [`Params`] and a row here.
 
-use crate::inference::params::{Algorithm, MergeRule, Params};
+use crate::inference::params::{Algorithm, MergeRule, Params, SeenFrom};
 
 /// A parameter by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,6 +15,7 @@ pub enum Setting {
     OutlierPrior,
     Seed,
     Merge,
+    SeenFrom,
     FitDistance,
     Freeze,
     Refine,
@@ -64,7 +65,7 @@ const ALL: &[Algorithm] =
 const SAMPLER: &[Algorithm] = &[Algorithm::Sampler];
 
 /// All parameters, in the order of [`Setting`].
-pub const PARAMETERS: [Parameter; 11] = [
+pub const PARAMETERS: [Parameter; 12] = [
     Parameter {
         setting: Setting::Alpha,
         name: "alpha",
@@ -166,6 +167,19 @@ pub const PARAMETERS: [Parameter; 11] = [
         copy: |to, from| to.merge = from.merge,
     },
     Parameter {
+        setting: Setting::SeenFrom,
+        name: "seen-from",
+        symbol: "SIDES",
+        label: "Seen from",
+        help: "Whether the shape was seen from all sides or from one",
+        tooltip: "Where nobody looked there may be surface without points. From one side, only places \
+             that were seen to be empty count as empty.",
+        taken: Taken::Start,
+        readers: SAMPLER,
+        number: None,
+        copy: |to, from| to.seen_from = from.seen_from,
+    },
+    Parameter {
         setting: Setting::FitDistance,
         name: "fit-distance",
         symbol: "DISTANCE",
@@ -208,7 +222,7 @@ pub const PARAMETERS: [Parameter; 11] = [
 impl Setting {
     /// Its row of the table.
     pub fn parameter(self) -> &'static Parameter {
-        const TABLE: &[Parameter; 11] = &PARAMETERS;
+        const TABLE: &[Parameter; 12] = &PARAMETERS;
         &TABLE[self as usize]
     }
 
@@ -257,7 +271,13 @@ impl Params {
     pub fn reads(&self, setting: Setting) -> bool {
         let has_energy = self.merge == MergeRule::Energy || self.refine;
         setting.parameter().readers.contains(&self.algorithm)
-            && (setting != Setting::PrimitiveCost || has_energy)
+            && (!matches!(setting, Setting::PrimitiveCost | Setting::SeenFrom) || has_energy)
+    }
+
+    /// Whence a run takes the cloud to have been seen: only the energy can tell
+    /// what is unknown.
+    pub(crate) fn sight(&self) -> SeenFrom {
+        if self.reads(Setting::SeenFrom) { self.seen_from } else { SeenFrom::All }
     }
 
     /// Why a run with these parameters doesn't look at `setting`; `None` where
@@ -281,10 +301,12 @@ impl Params {
         read
     }
 
-    /// The parameters with the numbers and the seed of `other`.
+    /// The parameters with the numbers, the seed and the viewpoints of `other`.
     pub fn tuned_as(&self, other: &Self) -> Self {
         let mut tuned = *self;
-        for parameter in PARAMETERS.iter().filter(|p| p.number.is_some() || p.setting == Setting::Seed) {
+        let is_tuned =
+            |p: &&Parameter| p.number.is_some() || matches!(p.setting, Setting::Seed | Setting::SeenFrom);
+        for parameter in PARAMETERS.iter().filter(is_tuned) {
             (parameter.copy)(&mut tuned, other);
         }
         tuned

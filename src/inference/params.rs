@@ -30,6 +30,8 @@ pub struct Params {
     pub seed: u64,
     /// Which clusters are merged, and by which test.
     pub merge: MergeRule,
+    /// What is known of the space around the cloud.
+    pub seen_from: SeenFrom,
     /// What one primitive costs in the energy (two-way error and cost of
     /// primitives), as a multiple of the default: the larger, the fewer
     /// primitives and the larger their error.
@@ -93,6 +95,22 @@ pub enum MergeRule {
     Energy,
 }
 
+/// Whence a cloud is taken to have been seen. What nobody saw is unknown: it may
+/// hold surface without points.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum SeenFrom {
+    /// From its viewpoints where they are known; from one side where that shows
+    /// all points; from all sides otherwise.
+    #[default]
+    Auto,
+    /// From all sides: a place without points is empty.
+    All,
+    /// From its viewpoints where they are known, and otherwise from the
+    /// side that shows most points.
+    OneSide,
+}
+
 impl Default for Params {
     fn default() -> Self {
         Self {
@@ -103,6 +121,7 @@ impl Default for Params {
             clusters: 30,
             seed: 1,
             merge: MergeRule::Energy,
+            seen_from: SeenFrom::Auto,
             primitive_cost: 1.0,
             fit_distance: Distance::FirstOrder,
             freeze: false,

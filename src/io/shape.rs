@@ -21,6 +21,8 @@ pub struct Shape {
     pub geometry: ShapeGeometry,
     /// What the file says of the points of the cloud, or of the vertices of the mesh.
     pub attributes: Attributes,
+    /// The places that it was seen from, where the file or a person says so.
+    pub viewpoints: Vec<Point3<f64>>,
     /// What was skipped or mended on reading, one sentence each.
     pub notes: Vec<String>,
 }
@@ -116,10 +118,11 @@ impl Attributes {
 /// # Errors
 /// Where the shape has no area (mesh) or no finite point (cloud).
 pub fn sample(shape: &Shape, options: &SamplingOptions) -> Result<SampleCloud, SamplingError> {
-    match &shape.geometry {
-        ShapeGeometry::Mesh(mesh) => sample_mesh(mesh, options),
-        ShapeGeometry::Cloud(cloud) => sample_cloud(&cloud.points, options),
-    }
+    let cloud = match &shape.geometry {
+        ShapeGeometry::Mesh(mesh) => sample_mesh(mesh, options)?,
+        ShapeGeometry::Cloud(cloud) => sample_cloud(&cloud.points, options)?,
+    };
+    Ok(SampleCloud { viewpoints: shape.viewpoints.clone(), ..cloud })
 }
 
 /// Prepares a shape as the reference that abstractions are measured against;

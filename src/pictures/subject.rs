@@ -275,7 +275,7 @@ fn surfaces(primitives: &[Primitive]) -> Vec<Point3<f64>> {
 const LONE_POINT: f32 = 6.0;
 
 fn samples(points: Vec<Point3<f64>>, sample_of_input: Option<Vec<u32>>) -> SampleCloud {
-    SampleCloud { points, sample_of_input, part: SampledPart::Whole }
+    SampleCloud { points, sample_of_input, part: SampledPart::Whole, viewpoints: Vec::new() }
 }
 
 /// Samples the shape as the run did, and lets each sample join the nearest

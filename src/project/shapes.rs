@@ -21,6 +21,8 @@ pub(super) struct ShapeEntry<'a> {
     /// with its points.
     #[serde(default)]
     attributes: AttributesEntry<'a>,
+    #[serde(default)]
+    viewpoints: Cow<'a, [Point3<f64>]>,
 }
 
 #[derive(Debug, Default, Serialize, Deserialize)]
@@ -58,6 +60,7 @@ impl<'a> From<&'a Shape> for ShapeEntry<'a> {
                     GeometryEntry::Cloud { points: Raw::of(&cloud.points), colors: None }
                 }
             },
+            viewpoints: Cow::Borrowed(&shape.viewpoints),
             attributes: AttributesEntry {
                 colors: shape.attributes.colors.as_deref().map(Raw::of),
                 normals: shape.attributes.normals.as_deref().map(Raw::of),
@@ -100,8 +103,18 @@ impl ShapeEntry<'_> {
             content: None,
             geometry,
             attributes,
+            viewpoints: are_places(&self.viewpoints)?,
             notes: self.notes.into_owned(),
         })
+    }
+}
+
+/// Viewpoints, if they can be such.
+fn are_places(viewpoints: &[Point3<f64>]) -> Result<Vec<Point3<f64>>, &'static str> {
+    if viewpoints.iter().flat_map(|p| p.iter()).all(|c| c.is_finite()) {
+        Ok(viewpoints.to_vec())
+    } else {
+        Err("has a viewpoint with non-finite coordinates")
     }
 }
 
@@ -111,6 +124,8 @@ pub(super) struct CloudEntry<'a> {
     points: Raw<'a, Point3<f64>>,
     sample_of_input: Option<Raw<'a, u32>>,
     part: SampledPart,
+    #[serde(default)]
+    viewpoints: Cow<'a, [Point3<f64>]>,
 }
 
 impl<'a> From<&'a SampleCloud> for CloudEntry<'a> {
@@ -119,6 +134,7 @@ impl<'a> From<&'a SampleCloud> for CloudEntry<'a> {
             points: Raw::of(&cloud.points),
             sample_of_input: cloud.sample_of_input.as_deref().map(Raw::of),
             part: cloud.part,
+            viewpoints: Cow::Borrowed(&cloud.viewpoints),
         }
     }
 }
@@ -135,7 +151,12 @@ impl CloudEntry<'_> {
         if !sample_of_input.iter().flatten().all(is_sample) {
             return Err("has an input point that refers to a missing sample");
         }
-        Ok(SampleCloud { points, sample_of_input, part: self.part })
+        Ok(SampleCloud {
+            points,
+            sample_of_input,
+            part: self.part,
+            viewpoints: are_places(&self.viewpoints)?,
+        })
     }
 }
 

@@ -10,7 +10,9 @@ use serde::{Deserialize, Serialize};
 use super::raw::Raw;
 use crate::geometry::SamplingOptions;
 use crate::geometry::palette::Colors;
-use crate::inference::{Abstraction, Checkpoint, Figures, Occurrence, Params, Phase, Primitive, UNASSIGNED};
+use crate::inference::{
+    Abstraction, Checkpoint, Figures, Occurrence, Params, Phase, Primitive, Sighting, UNASSIGNED,
+};
 use crate::session::camera::Camera;
 use crate::session::saving::Summary;
 use crate::session::timeline::Origin;
@@ -45,12 +47,15 @@ pub(super) struct StateEntry<'a> {
     pinned: Raw<'a, u32>,
     primitives: Cow<'a, [Primitive]>,
     figures: Figures,
+    #[serde(default)]
+    sighting: Sighting,
     checkpoint: Cow<'a, Checkpoint>,
 }
 
 impl<'a> From<&'a Snapshot> for StateEntry<'a> {
     fn from(state: &'a Snapshot) -> Self {
-        let Abstraction { phase, iteration, labels, pinned, primitives, figures } = &state.abstraction;
+        let Abstraction { phase, iteration, labels, pinned, primitives, figures, sighting } =
+            &state.abstraction;
         Self {
             generation: state.generation,
             run: state.run,
@@ -65,6 +70,7 @@ impl<'a> From<&'a Snapshot> for StateEntry<'a> {
             pinned: Raw::of(pinned),
             primitives: Cow::Borrowed(primitives),
             figures: *figures,
+            sighting: *sighting,
             checkpoint: Cow::Borrowed(&state.checkpoint),
         }
     }
@@ -117,6 +123,7 @@ impl StateEntry<'_> {
             primitives: self.primitives.into_owned().into(),
             // What can't be plotted is not worth the session.
             figures: Figures { log_joint: self.figures.log_joint.filter(|l| l.is_finite()), ..self.figures },
+            sighting: self.sighting,
         };
         Ok(Snapshot {
             key: Snapshot::new_key(),

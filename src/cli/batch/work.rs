@@ -197,7 +197,7 @@ fn one(
     // Before it is read: if it changes in between, the next batch sees that.
     let content = fingerprint::content(&job.input);
     let finished =
-        Finished::make(&Source::File(job.input.clone()), job.sampling, job.params, cancel, |stage| {
+        Finished::make(&Source::File(job.input.clone()), &[], job.sampling, job.params, cancel, |stage| {
             line.show(stage);
         })?;
     let content = content.with_context(|| format!("cannot read {}", job.input.display()))?;

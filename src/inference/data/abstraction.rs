@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::Superquadric;
 use crate::geometry::brief::Brief;
 use crate::inference::control::InferenceError;
+use crate::inference::data::known_space::Sighting;
 
 /// The label of a point that belongs to no primitive.
 pub const UNASSIGNED: u32 = u32::MAX;
@@ -60,6 +61,8 @@ pub struct Abstraction {
     pub pinned: Arc<[u32]>,
     pub primitives: Arc<[Primitive]>,
     pub figures: Figures,
+    /// Whence the cloud is taken to have been seen.
+    pub sighting: Sighting,
 }
 
 impl fmt::Debug for Abstraction {
@@ -71,6 +74,7 @@ impl fmt::Debug for Abstraction {
             .field("pinned", &Brief::of(&*self.pinned))
             .field("primitives", &Brief::of_told(&self.primitives))
             .field("figures", &self.figures)
+            .field("sighting", &self.sighting)
             .finish()
     }
 }

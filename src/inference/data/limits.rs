@@ -1,9 +1,33 @@
-//! What a state of a run can hold, in the normalised frame.
+//! What a state of a run can hold and a fit can reach, in the normalised frame.
+
+use nalgebra::Vector3;
 
 use crate::geometry::theta::Bounds;
 
 /// Ids lie below this: the random streams have room for so many.
 pub(crate) const MOST_IDS: u32 = 1 << 30;
+
+/// What a fit may not go beyond.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(crate) struct Limits {
+    /// Floor of the semi-axes.
+    pub(crate) smallest_axis: f64,
+    /// How far semi-axes and centre may go, in half-extents of the points: 1, or
+    /// more for a body of which only one side is seen.
+    pub(crate) reach: f64,
+    /// Semi-axes below this are thinner than the points can tell: they have no
+    /// taper.
+    pub(crate) finest: f64,
+}
+
+impl Limits {
+    /// The tapers without those that nothing can tell: along an axis that is too
+    /// short, or of one.
+    pub(crate) fn told_taper(&self, semi_axes: &Vector3<f64>, taper: [f64; 2]) -> [f64; 2] {
+        let is_told = |a: f64| a >= self.finest && semi_axes.z >= self.finest;
+        [(semi_axes.x, taper[0]), (semi_axes.y, taper[1])].map(|(a, k)| if is_told(a) { k } else { 0.0 })
+    }
+}
 
 /// Whether it is a normalised σ that a run can hold.
 pub(crate) fn is_sigma(sigma: f64) -> bool {

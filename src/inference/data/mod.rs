@@ -3,6 +3,7 @@
 
 pub(crate) mod abstraction;
 pub(crate) mod change;
+pub(crate) mod known_space;
 pub(crate) mod label_uncertainty;
 pub(crate) mod limits;
 pub(crate) mod model;

@@ -1,5 +1,7 @@
 //! The cloud in the normalised frame, with all that depends on it alone.
 
+use std::sync::Arc;
+
 use nalgebra::Point3;
 use rand::{Rng, RngExt};
 use rand_distr::{Distribution, Gamma};
@@ -7,8 +9,11 @@ use rand_distr::{Distribution, Gamma};
 use crate::geometry::Superquadric;
 use crate::geometry::kernel::{self, Distance, PointBlock};
 use crate::geometry::neighbors::{KdTree, RadiusGraph};
+use crate::inference::data::known_space::{KnownSpace, Sighting, Viewpoint, find_viewpoint};
+use crate::inference::data::limits::Limits;
 use crate::inference::data::normalization::Normalization;
 use crate::inference::data::surface_distance::SurfaceDistance;
+use crate::inference::params::SeenFrom;
 
 /// Neighbours that count for the mean spacing s̄.
 const SPACING_NEIGHBORS: usize = 5;
@@ -20,6 +25,10 @@ const MAX_DEGREE: usize = 48;
 /// semi-axes (a plane has no thickness).
 const SIGMA_FLOOR: f64 = 0.05;
 const AXIS_FLOOR: f64 = 0.05;
+/// Bodies thinner than twice this many mean spacings have no taper.
+const FINEST: f64 = 0.5;
+/// A ball whose visible cap is a third of its diameter deep is found whole.
+const ONE_SIDED_REACH: f64 = 3.0;
 
 /// The points without their exact twins, in an order of their own.
 pub(crate) fn distinct(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
@@ -37,23 +46,37 @@ pub(crate) fn sum_squared_radial(shape: &Superquadric, points: &[Point3<f64>]) -
     kernel::cost(shape, &points.iter().copied().collect(), Distance::Radial)
 }
 
-/// The cloud in the normalised frame with what is derived from it once.
-#[derive(Debug)]
+/// The cloud in the normalised frame with what is derived from it once. A clone
+/// shares what is large.
+#[derive(Debug, Clone)]
 pub(crate) struct Model {
     pub(crate) normalization: Normalization,
-    pub(crate) points: Vec<Point3<f64>>,
+    pub(crate) points: Arc<Vec<Point3<f64>>>,
     /// The same points as the kernel wants them.
-    pub(crate) block: PointBlock,
+    pub(crate) block: Arc<PointBlock>,
     /// Mean spacing s̄.
     pub(crate) spacing: f64,
     /// Points within 2·s̄.
-    pub(crate) graph: RadiusGraph,
+    pub(crate) graph: Arc<RadiusGraph>,
     /// Tangent planes: the way from any place to the cloud.
-    pub(crate) surface: SurfaceDistance,
+    pub(crate) surface: Arc<SurfaceDistance>,
+    /// Places that the cloud was seen from, as they were given.
+    viewpoints: Vec<Point3<f64>>,
+    seen_from: SeenFrom,
+    /// What is free; all space without points where there is none.
+    pub(crate) known: Option<Arc<KnownSpace>>,
+    /// Whence the cloud is taken to have been seen, in input units.
+    pub(crate) sighting: Sighting,
 }
 
 impl Model {
-    pub(crate) fn new(normalization: Normalization, input: &[Point3<f64>]) -> Self {
+    /// The model of a cloud that was seen from all sides, with the viewpoints
+    /// that it may have been seen from, too; both in input units.
+    pub(crate) fn new(
+        normalization: Normalization,
+        input: &[Point3<f64>],
+        viewpoints: &[Point3<f64>],
+    ) -> Self {
         let points: Vec<_> = input.iter().map(|p| normalization.normalize(p)).collect();
         let tree = KdTree::new(&points);
         // Twins would make the spacing 0, and all that is measured by it.
@@ -66,7 +89,53 @@ impl Model {
             Some(tree) => SurfaceDistance::new(tree, &places, spacing),
             None => SurfaceDistance::new(tree, &points, spacing),
         };
-        Self { normalization, block: points.iter().copied().collect(), points, spacing, graph, surface }
+        Self {
+            normalization,
+            block: Arc::new(points.iter().copied().collect()),
+            points: Arc::new(points),
+            spacing,
+            graph: Arc::new(graph),
+            surface: Arc::new(surface),
+            viewpoints: viewpoints.iter().map(|v| normalization.normalize(v)).collect(),
+            seen_from: SeenFrom::All,
+            known: None,
+            sighting: Sighting::AllSides,
+        }
+    }
+
+    /// The same cloud, seen from elsewhere.
+    pub(crate) fn seen(self: &Arc<Self>, seen_from: SeenFrom) -> Arc<Self> {
+        if seen_from == self.seen_from {
+            return Arc::clone(self);
+        }
+        let viewpoints = match seen_from {
+            SeenFrom::All => Vec::new(),
+            _ if !self.viewpoints.is_empty() => {
+                self.viewpoints.iter().map(|v| Viewpoint::Place(*v)).collect()
+            }
+            _ => {
+                let (viewpoint, shows_all) = find_viewpoint(&self.surface, self.spacing);
+                if shows_all || seen_from == SeenFrom::OneSide { vec![viewpoint] } else { Vec::new() }
+            }
+        };
+        let sighting = match viewpoints[..] {
+            [] => Sighting::AllSides,
+            _ if !self.viewpoints.is_empty() => Sighting::Given { viewpoints: self.viewpoints.len() },
+            [Viewpoint::Direction(towards), ..] => Sighting::FoundDirection { towards: towards.into() },
+            [Viewpoint::Place(eye), ..] => {
+                Sighting::FoundPlace { viewpoint: self.normalization.place(&eye).into() }
+            }
+        };
+        let known = (!viewpoints.is_empty())
+            .then(|| Arc::new(KnownSpace::new(&viewpoints, &self.points, self.spacing)));
+        Arc::new(Self { seen_from, known, sighting, ..Self::clone(self) })
+    }
+
+    /// What the fit of a primitive may not go beyond. A body of which one side
+    /// is seen reaches beyond its points.
+    pub(crate) fn limits(&self) -> Limits {
+        let reach = if self.known.is_some() { ONE_SIDED_REACH } else { 1.0 };
+        Limits { smallest_axis: self.axis_floor(), reach, finest: FINEST * self.spacing }
     }
 
     pub(crate) fn sigma_floor(&self) -> f64 {

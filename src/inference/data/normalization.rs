@@ -38,6 +38,11 @@ impl Normalization {
         Point3::from((p.coords - self.center) * self.scale)
     }
 
+    /// A normalised place in input units.
+    pub(crate) fn place(&self, normalised: &Point3<f64>) -> Point3<f64> {
+        Point3::from(normalised.coords / self.scale + self.center)
+    }
+
     /// A normalised length in input units.
     pub(crate) fn length(&self, normalised: f64) -> f64 {
         normalised / self.scale

@@ -18,6 +18,7 @@ pub(crate) struct SurfaceDistance {
     cells: Cells,
     points: Vec<Point3<f64>>,
     normals: Vec<Vector3<f64>>,
+    bulges: Vec<f64>,
     reach: f64,
 }
 
@@ -32,7 +33,7 @@ pub(crate) struct Offset {
 impl SurfaceDistance {
     /// The field of `points`, of which `tree` is the tree.
     pub(crate) fn new(tree: KdTree, points: &[Point3<f64>], spacing: f64) -> Self {
-        let normals = points
+        let (normals, bulges) = points
             .par_iter()
             .map(|p| {
                 let near = tree.nearest(p, NORMAL_NEIGHBORS);
@@ -45,11 +46,27 @@ impl SurfaceDistance {
                 }
                 let eigen = SymmetricEigen::new(covariance);
                 let thinnest = eigen.eigenvalues.imin();
-                eigen.eigenvectors.column(thinnest).into_owned()
+                let normal = eigen.eigenvectors.column(thinnest).into_owned();
+                (normal, normal.dot(&(center - p.coords)))
             })
-            .collect();
+            .unzip();
         let cells = Cells::new(&tree, points, spacing);
-        Self { tree, cells, points: points.to_vec(), normals, reach: COVERED * spacing }
+        Self { tree, cells, points: points.to_vec(), normals, bulges, reach: COVERED * spacing }
+    }
+
+    pub(crate) fn points(&self) -> &[Point3<f64>] {
+        &self.points
+    }
+
+    /// Unit normals of the tangent planes, of either sign.
+    pub(crate) fn normals(&self) -> &[Vector3<f64>] {
+        &self.normals
+    }
+
+    /// How far the middle of each point's neighbours lies above its tangent plane:
+    /// below 0 where the surface bulges to the side of the normal.
+    pub(crate) fn bulges(&self) -> &[f64] {
+        &self.bulges
     }
 
     /// The nearest point of the cloud, or one about as near where the cloud is

@@ -7,6 +7,7 @@ use crate::geometry::kernel::{self, Distance, NormalEquations, PointBlock};
 use crate::geometry::theta::{Bounds, PARAMETERS, SEMI_AXES_AT, TURN_AT, Theta, shaping};
 use crate::geometry::{Superquadric, tessellate};
 use crate::inference::control::Cancel;
+use crate::inference::data::limits::Limits;
 
 /// Largest turn of one step, in radians: the linear model of a rotation is
 /// no good beyond it.
@@ -89,10 +90,6 @@ pub(crate) trait Objective {
     fn scale(&self, cost: f64) -> f64 {
         cost
     }
-    /// How far semi-axes and centre may go, in half-extents of the points.
-    fn reach(&self) -> f64 {
-        1.0
-    }
 }
 
 impl Objective for Target<'_> {
@@ -133,19 +130,14 @@ impl Objective for Target<'_> {
     fn scale(&self, cost: f64) -> f64 {
         self.area.map_or(cost, |area| area.price)
     }
-
-    /// A body of which one side is seen reaches beyond its points, up to as far
-    /// again.
-    fn reach(&self) -> f64 {
-        if self.area.is_some() { 2.0 } else { 1.0 }
-    }
 }
 
 /// The box of each parameter where the points have the box (`low`, `high`) in
 /// the primitive's frame: each semi-axis at most half the extent along it,
-/// times `reach`, the centre inside, but for the thickness of the thinnest
+/// times the reach, the centre inside, but for the thickness of the thinnest
 /// plate.
-fn bounds(low: &Vector3<f64>, high: &Vector3<f64>, reach: f64, smallest_axis: f64) -> (Theta, Theta) {
+fn bounds(low: &Vector3<f64>, high: &Vector3<f64>, limits: Limits) -> (Theta, Theta) {
+    let Limits { smallest_axis, reach, .. } = limits;
     let half = ((high - low) * 0.5 * reach).map(|h| h.max(2.0 * smallest_axis));
     let Bounds { exponents: (e0, e1), taper: (k0, k1), .. } = Bounds::FITS;
     let (a0, w) = (smallest_axis, LARGEST_TURN);
@@ -159,30 +151,30 @@ fn bounds(low: &Vector3<f64>, high: &Vector3<f64>, reach: f64, smallest_axis: f6
 
 /// Minimises Σ d² over all 13 parameters from `start`, in at most
 /// `iterations` steps, until a step gains less than `tolerance` (relative).
-/// Semi-axes stay at or above `smallest_axis`.
+/// Semi-axes and centre stay within `limits`.
 pub(crate) fn minimize(
     points: &PointBlock,
     distance: Distance,
     start: &Superquadric,
-    smallest_axis: f64,
+    limits: Limits,
     iterations: usize,
     tolerance: f64,
     cancel: &Cancel,
 ) -> Minimum {
     let mut target = Target { points, distance, weights: None, area: None };
-    descend(&mut target, start, smallest_axis, iterations, tolerance, cancel)
+    descend(&mut target, start, limits, iterations, tolerance, cancel)
 }
 
 /// [`minimize`] for any cost.
 pub(crate) fn descend(
     objective: &mut impl Objective,
     start: &Superquadric,
-    smallest_axis: f64,
+    limits: Limits,
     iterations: usize,
     tolerance: f64,
     cancel: &Cancel,
 ) -> Minimum {
-    let mut shape = *start;
+    let mut shape = Superquadric { taper: limits.told_taper(&start.semi_axes, start.taper), ..*start };
     let mut cost_now = f64::INFINITY;
     let mut damping = 1e-2;
     let mut stop = Stop::Iterations;
@@ -203,7 +195,7 @@ pub(crate) fn descend(
             break;
         }
         let now = shape.theta();
-        let (lo, hi) = bounds(&normal.low, &normal.high, objective.reach(), smallest_axis);
+        let (lo, hi) = bounds(&normal.low, &normal.high, limits);
         // As the pose moves the box shrinks: what already lies outside may stay.
         let (lo, hi) = (lo.inf(&now), hi.sup(&now));
         // A parameter at its bound with the gradient pushing outward is held.
@@ -231,7 +223,8 @@ pub(crate) fn descend(
                 continue;
             };
             let next = (now + factor.solve(&g)).sup(&lo).inf(&hi);
-            let candidate = shape.retracted(&next);
+            let mut candidate = shape.retracted(&next);
+            candidate.taper = limits.told_taper(&candidate.semi_axes, candidate.taper);
             let cost_next = objective.cost(&candidate);
             if cost_next < cost_now {
                 let gain = (cost_now - cost_next) / objective.scale(cost_now);

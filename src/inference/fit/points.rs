@@ -6,6 +6,7 @@ use nalgebra::{Point3, Rotation3, Vector3};
 use crate::geometry::Superquadric;
 use crate::geometry::kernel::{self, Distance, PointBlock};
 use crate::inference::control::Cancel;
+use crate::inference::data::limits::Limits;
 use crate::inference::fit::levenberg_marquardt::{Minimum, Stop, minimize};
 use crate::inference::fit::moments::{box_of_extents, ellipsoid_of_moments, with_axis_as_z};
 
@@ -52,7 +53,7 @@ impl Effort {
 /// Fits a primitive to `points` from the moments, from their box if it is a
 /// plate, and from the primitives
 /// `warm`; of all starts and configurations the one with the smallest Σ d².
-/// `smallest_axis` bounds the semi-axes from below.
+/// Semi-axes and centre stay within `limits`.
 ///
 /// The radial distance leads from afar, where the first-order one knows
 /// little; the polish then minimises `distance` itself.
@@ -61,7 +62,7 @@ impl Effort {
 pub(crate) fn fit(
     points: &[Point3<f64>],
     warm: &[Superquadric],
-    smallest_axis: f64,
+    limits: Limits,
     effort: Effort,
     distance: Distance,
     cancel: &Cancel,
@@ -70,14 +71,13 @@ pub(crate) fn fit(
     let stride = (points.len() / PROBE_POINTS).max(1);
     let few: PointBlock = points.iter().step_by(stride).copied().collect();
     let probe = |start: &Superquadric| {
-        let m =
-            minimize(&few, Distance::Radial, start, smallest_axis, effort.probe, effort.tolerance, cancel);
+        let m = minimize(&few, Distance::Radial, start, limits, effort.probe, effort.tolerance, cancel);
         Minimum { cost: kernel::cost(&m.shape, &few, distance), ..m }
     };
     let mut starts = warm.to_vec();
     if effort.explore {
-        let moments = ellipsoid_of_moments(points, START_SHRINK, smallest_axis);
-        let plate = box_of_extents(points, &moments, smallest_axis);
+        let moments = ellipsoid_of_moments(points, START_SHRINK, limits.smallest_axis);
+        let plate = box_of_extents(points, &moments, limits.smallest_axis);
         if plate.semi_axes.x < PLATE * plate.semi_axes.y {
             starts.push(plate);
         }
@@ -94,7 +94,10 @@ pub(crate) fn fit(
             .into_iter()
             // (Duality shortens two axes.)
             .map(|start| {
-                probe(&Superquadric { semi_axes: start.semi_axes.map(|a| a.max(smallest_axis)), ..start })
+                probe(&Superquadric {
+                    semi_axes: start.semi_axes.map(|a| a.max(limits.smallest_axis)),
+                    ..start
+                })
             })
             .find(|m| m.cost < BETTER * best.cost);
         match better {
@@ -102,7 +105,7 @@ pub(crate) fn fit(
             None => break,
         }
     }
-    best = minimize(&block, distance, &best.shape, smallest_axis, effort.polish, effort.tolerance, cancel);
+    best = minimize(&block, distance, &best.shape, limits, effort.polish, effort.tolerance, cancel);
     let usable = best.cost.is_finite() && best.shape.is_valid() && best.stop != Stop::Cancelled;
     (usable && !cancel.is_requested()).then_some(best)
 }

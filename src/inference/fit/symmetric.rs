@@ -6,9 +6,12 @@
 use nalgebra::{Point3, Vector3};
 
 use crate::geometry::kernel::{self, NormalEquations, PointBlock};
-use crate::geometry::theta::PARAMETERS;
+use crate::geometry::theta::{PARAMETERS, SEMI_AXES_AT, TAPER_AT};
 use crate::geometry::{Superquadric, tessellate};
 use crate::inference::control::Cancel;
+use crate::inference::data::known_space::KnownSpace;
+use crate::inference::data::limits::Limits;
+use crate::inference::data::model::Model;
 use crate::inference::data::surface_distance::SurfaceDistance;
 use crate::inference::fit::levenberg_marquardt::{Objective, descend};
 
@@ -22,6 +25,14 @@ const AREA_PER_POINT: f64 = 0.9;
 /// Surface this many mean spacings inside another primitive is hidden: faces by
 /// which two primitives abut don't count.
 const HIDDEN: f64 = 0.1;
+/// What a point's worth of surface in unknown space adds, in mean spacings: so
+/// little that of the bodies that explain the points the smallest wins.
+const UNKNOWN: f64 = 0.01;
+/// What the square of a taper costs each point, in mean spacings, where one side
+/// is seen: little, so that points decide where they can.
+const TAPER: f64 = 0.02;
+/// Exponent of Thomsen's approximation to the area of an ellipsoid.
+const THOMSEN: f64 = 1.6075;
 /// Samples of one primitive at most.
 const MAX_SAMPLES: usize = 1500;
 /// Points and samples of one primitive at most in a fit that need not be the
@@ -34,6 +45,23 @@ const SMALLEST_COORDINATE: f64 = 1e-9;
 pub(crate) fn pseudo_huber(d: f64, spacing: f64) -> f64 {
     let delta = PSEUDO_HUBER_DELTA * spacing;
     (d * d + delta * delta).sqrt() - delta
+}
+
+/// What a point's worth of surface at `place` adds, which is `distance` away from
+/// the cloud: where nobody has looked, little.
+pub(crate) fn surface_cost(
+    known: Option<&KnownSpace>,
+    place: &Point3<f64>,
+    distance: f64,
+    spacing: f64,
+) -> f64 {
+    let cost = pseudo_huber(distance, spacing);
+    if is_unknown(known, place, cost, spacing) { UNKNOWN * spacing } else { cost }
+}
+
+/// Whether a place that would cost so much, were it free, isn't known to be.
+fn is_unknown(known: Option<&KnownSpace>, place: &Point3<f64>, cost: f64, spacing: f64) -> bool {
+    known.is_some_and(|known| cost > UNKNOWN * spacing && !known.is_free(place))
 }
 
 /// A sample of a primitive's surface.
@@ -90,13 +118,24 @@ pub(crate) struct Surroundings<'a> {
     pub(crate) surface: &'a SurfaceDistance,
     /// Mean spacing s̄.
     pub(crate) spacing: f64,
-    /// Floor of the semi-axes.
-    pub(crate) smallest_axis: f64,
+    pub(crate) limits: Limits,
+    /// What is free; all space without points where there is none.
+    pub(crate) known: Option<&'a KnownSpace>,
     /// Primitives whose inside hides surface.
     pub(crate) others: &'a [Superquadric],
 }
 
-impl Surroundings<'_> {
+impl<'a> Surroundings<'a> {
+    pub(crate) fn new(model: &'a Model, others: &'a [Superquadric]) -> Self {
+        Self {
+            surface: &model.surface,
+            spacing: model.spacing,
+            limits: model.limits(),
+            known: model.known.as_deref(),
+            others,
+        }
+    }
+
     /// Minimises the two-way error of `points` from `start` in at most `steps`
     /// steps. Returns the primitive and its error, Σ of [`pseudo_huber`] distances of
     /// the points and, a point's worth of area each, of the visible surface;
@@ -120,10 +159,13 @@ impl Surroundings<'_> {
             point_weight: points.len() as f64 / seen.len().max(1) as f64,
             points: seen,
             samples: Vec::new(),
+            unknown: 0.0,
+            rest: 0.0,
+            free: PointBlock::default(),
             detail,
             sample_weight: 1.0,
         };
-        let found = descend(&mut objective, start, self.smallest_axis, steps, TOLERANCE, cancel);
+        let found = descend(&mut objective, start, self.limits, steps, TOLERANCE, cancel);
         if cancel.is_requested() || !found.shape.is_valid() {
             return None;
         }
@@ -148,6 +190,12 @@ struct SymmetricError<'a> {
     detail: Detail,
     /// Points' worth of area of a sample.
     sample_weight: f64,
+    /// Cost of the surface in unknown space, by [`area_of_ellipsoid`].
+    unknown: f64,
+    /// Its part of the cost at the last linearisation, which no fit can save.
+    rest: f64,
+    /// Free places inside of the body.
+    free: PointBlock,
 }
 
 impl SymmetricError<'_> {
@@ -161,19 +209,46 @@ impl SymmetricError<'_> {
         let (samples, weight) = sample_surface(shape, spacing, self.detail);
         self.sample_weight = weight;
         self.samples.clear();
-        self.samples.extend(
-            samples
-                .iter()
-                .filter(|s| !near.iter().any(|o| o.contains(&s.outside)))
-                .map(|s| shape.untapered(&shape.local(&s.place)).component_div(&shape.semi_axes)),
-        );
+        let mut unknown = 0usize;
+        let visible = samples.iter().filter(|s| !near.iter().any(|o| o.contains(&s.outside)));
+        for s in visible {
+            if self.is_unknown(&s.place) {
+                unknown += 1;
+            } else {
+                let place = shape.untapered(&shape.local(&s.place)).component_div(&shape.semi_axes);
+                self.samples.push(place);
+            }
+        }
+        if let Some(known) = self.surroundings.known {
+            let cost = unknown as f64 * weight * UNKNOWN * spacing;
+            self.unknown = cost / area_of_ellipsoid(&shape.semi_axes).0;
+            self.free = known.inside(shape);
+        }
+    }
+
+    fn is_unknown(&self, place: &Point3<f64>) -> bool {
+        let Surroundings { surface, spacing, known, .. } = self.surroundings;
+        known.is_some()
+            && is_unknown(known, place, pseudo_huber(surface.offset(place).distance, spacing), spacing)
+    }
+
+    /// What the square of a taper costs; nothing where all sides are seen.
+    fn taper_price(&self) -> f64 {
+        let Surroundings { spacing, known, .. } = self.surroundings;
+        let one = if known.is_some() { TAPER * spacing } else { 0.0 };
+        one * self.point_weight * self.points.len() as f64
+    }
+
+    /// What a free place inside of the body counts, against a point.
+    fn free_weight(&self) -> f64 {
+        self.surroundings.known.map_or(0.0, KnownSpace::weight)
     }
 }
 
 impl Objective for SymmetricError<'_> {
     fn linearize(&mut self, shape: &Superquadric) -> NormalEquations {
         self.resample(shape);
-        let Surroundings { surface, spacing, .. } = self.surroundings;
+        let Surroundings { surface, spacing, known, .. } = self.surroundings;
         let delta = PSEUDO_HUBER_DELTA * spacing;
         // Iteratively reweighted least squares: ρ(d) has the slope d/√(d² + δ²).
         let size = |d: f64| (d * d + delta * delta).sqrt();
@@ -200,6 +275,29 @@ impl Objective for SymmetricError<'_> {
             }
         }
         normal.cost += self.sample_weight * error;
+        if !self.free.is_empty() {
+            let weight = self.free_weight();
+            let free = kernel::pseudo_huber_normal_equations(shape, &self.free, delta);
+            normal.jtj += free.jtj * weight;
+            normal.jtr += free.jtr * weight;
+            normal.cost += free.cost * weight;
+        }
+        if known.is_some() {
+            let price = self.taper_price();
+            for (k, taper) in shape.taper.into_iter().enumerate() {
+                normal.jtr[TAPER_AT + k] += 2.0 * price * taper;
+                normal.jtj[(TAPER_AT + k, TAPER_AT + k)] += 2.0 * price;
+                normal.cost += price * taper * taper;
+            }
+        }
+        if self.unknown > 0.0 {
+            let (area, gradient) = area_of_ellipsoid(&shape.semi_axes);
+            self.rest = self.unknown * area;
+            normal.cost += self.rest;
+            for axis in 0..3 {
+                normal.jtr[SEMI_AXES_AT + axis] += self.unknown * gradient[axis];
+            }
+        }
         normal
     }
 
@@ -211,12 +309,37 @@ impl Objective for SymmetricError<'_> {
             .iter()
             .map(|n| pseudo_huber(surface.offset(&shape.world_from_normalized(n)).distance, spacing))
             .sum();
-        self.point_weight * there + self.sample_weight * back
+        let free = if self.free.is_empty() {
+            0.0
+        } else {
+            let inside = self.free.iter().filter(|p| shape.contains(p)).collect();
+            kernel::pseudo_huber_cost(shape, &inside, PSEUDO_HUBER_DELTA * spacing)
+        };
+        self.point_weight * there
+            + self.sample_weight * back
+            + self.free_weight() * free
+            + self.unknown * area_of_ellipsoid(&shape.semi_axes).0
+            + self.taper_price() * shape.taper.iter().map(|k| k * k).sum::<f64>()
+    }
+
+    fn scale(&self, cost: f64) -> f64 {
+        (cost - self.rest).max(f64::MIN_POSITIVE)
     }
 
     fn least(&self, _: &Superquadric) -> f64 {
         1e-9 * self.surroundings.spacing * self.point_weight * self.points.len() as f64
     }
+}
+
+/// The area of an ellipsoid by Thomsen's formula, and its derivatives by the
+/// semi-axes: how the area of any body grows with its size.
+fn area_of_ellipsoid(semi_axes: &Vector3<f64>) -> (f64, Vector3<f64>) {
+    let powers = semi_axes.map(|a| a.powf(THOMSEN));
+    let others = Vector3::new(powers.y + powers.z, powers.x + powers.z, powers.x + powers.y);
+    let mean = (powers.x * powers.y + powers.x * powers.z + powers.y * powers.z) / 3.0;
+    let area = 4.0 * std::f64::consts::PI * mean.powf(1.0 / THOMSEN);
+    let by_power = powers.component_mul(&others).component_div(semi_axes) / (3.0 * mean);
+    (area, by_power * area)
 }
 
 /// ∂(u·s)/∂θ of the surface point s that has the normalised coordinates n: the
@@ -324,7 +447,8 @@ mod tests {
             translation: Vector3::new(0.0, 0.0, -0.3),
             ..truth
         };
-        let around = Surroundings { surface: &surface, spacing: 0.05, smallest_axis: 0.0025, others: &[] };
+        let limits = Limits { smallest_axis: 0.0025, reach: 1.0, finest: 0.0 };
+        let around = Surroundings { surface: &surface, spacing: 0.05, limits, known: None, others: &[] };
         let (found, _) = around.fit(&mine, &start, 30, Detail::Full, &Cancel::default()).unwrap();
         let top = found.translation.z + found.half_extents().z;
         assert!(top < 0.1, "it reaches up to {top}");

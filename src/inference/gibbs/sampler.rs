@@ -64,7 +64,7 @@ impl Sampler {
         if cancel.is_requested() {
             return Err(InferenceError::Cancelled);
         }
-        Ok(Arc::new(Model::new(normalization, &cloud.points)))
+        Ok(Arc::new(Model::new(normalization, &cloud.points, &cloud.viewpoints)))
     }
 
     /// A run from the start on the same cloud, whose neighbourhoods need not be
@@ -87,6 +87,7 @@ impl Sampler {
         if cancel.is_requested() {
             return Err(InferenceError::Cancelled);
         }
+        state.model = state.model.seen(params.sight());
         let mut rng = stream(params.seed, Purpose::KMeans, 0, 0);
         let free: Vec<u32> =
             (0u32..).zip(&state.labels).filter(|(_, l)| **l == UNASSIGNED).map(|(i, _)| i).collect();
@@ -114,15 +115,15 @@ impl Sampler {
     }
 
     /// Takes other parameters from the next step on, but for the algorithm, K
-    /// (`clusters`) and the seed: those belong to the start of a run and stay.
+    /// (`clusters`), the seed and the viewpoints: those belong to the start of a run and stay.
     pub fn set_params(&mut self, params: Params) -> Result<(), InferenceError> {
         params.check().map_err(InferenceError::Params)?;
         let judged_by = |p: &Params| (p.merge, p.fit_distance, p.primitive_cost);
         if judged_by(&params) != judged_by(&self.params) {
             self.cache = UnionCache::default();
         }
-        let Params { algorithm, clusters, seed, .. } = self.params;
-        self.params = Params { algorithm, clusters, seed, ..params };
+        let Params { algorithm, clusters, seed, seen_from, .. } = self.params;
+        self.params = Params { algorithm, clusters, seed, seen_from, ..params };
         Ok(())
     }
 
@@ -230,8 +231,8 @@ impl Sampler {
                 let turn = state.iteration + state.clusters[j].id;
                 let explore = state.iteration <= EXPLORE_FIRST || turn.is_multiple_of(EXPLORE_INTERVAL);
                 let effort = if explore { Effort::ITERATION } else { Effort::FOLLOW };
-                let (warm, floor) = ([state.clusters[j].shape], model.axis_floor());
-                let found = fit(&points, &warm, floor, effort, params.fit_distance, cancel)
+                let warm = [state.clusters[j].shape];
+                let found = fit(&points, &warm, model.limits(), effort, params.fit_distance, cancel)
                     .map(|m| (m.shape, sum_squared_radial(&m.shape, &points)));
                 (found, kept, released)
             })
@@ -337,6 +338,7 @@ impl Sampler {
                 log_joint: Some(log_joint(self.params.alpha, self.params.p0, &tables, unassigned)),
             },
             primitives: primitives.into(),
+            sighting: state.model.sighting,
         }
     }
 }

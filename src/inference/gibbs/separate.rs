@@ -1,6 +1,7 @@
 //! Separate and split: the two tests, made before each sweep, that let go of
 //! points a primitive holds across empty space.
 
+use nalgebra::Point3;
 use rayon::prelude::*;
 
 use crate::geometry::neighbors::KdTree;
@@ -29,9 +30,14 @@ const COVER_RADIUS: f64 = 1.1;
 const COVERAGE_SAMPLES: usize = 2000;
 
 /// The share of the primitive's surface, sampled at the mean spacing, that has
-/// one of `members` near by. A primitive that bridges empty space has little.
+/// one of `members` near by, where the place is known to be empty otherwise. A
+/// primitive that bridges empty space has little.
 fn coverage(model: &Model, shape: &Superquadric, members: &[u32]) -> f64 {
-    let samples = tessellate::surface_samples(shape, model.spacing, COVERAGE_SAMPLES);
+    let mut samples = tessellate::surface_samples(shape, model.spacing, COVERAGE_SAMPLES);
+    if let Some(known) = &model.known {
+        let near = |p: &Point3<f64>| model.surface.offset(p).distance < COVER_RADIUS * model.spacing;
+        samples.retain(|(p, _)| known.is_free(p) || near(p));
+    }
     if samples.is_empty() {
         return 0.0;
     }
@@ -109,8 +115,7 @@ fn test_cluster(state: &State, params: &Params, j: usize, members: &[u32], cance
         keep.sort_unstable();
         keep.dedup();
         let points = model.gather(&keep);
-        let Some(found) =
-            fit(&points, warm, model.axis_floor(), Effort::ITERATION, params.fit_distance, cancel)
+        let Some(found) = fit(&points, warm, model.limits(), Effort::ITERATION, params.fit_distance, cancel)
         else {
             return Verdict::Keep;
         };

@@ -158,7 +158,7 @@ impl<'a> Configuration<'a> {
     }
 
     /// Pairs of primitives that are not locked and of which some points are
-    /// neighbours, each with the smaller index first.
+    /// neighbours (or, where one side is seen, that are near each other), each with the smaller index first.
     pub(crate) fn neighbors(&self) -> BTreeSet<(usize, usize)> {
         let labels = self.labels();
         let mut pairs = BTreeSet::new();
@@ -168,6 +168,14 @@ impl<'a> Configuration<'a> {
                 if a < b && b != UNASSIGNED && !self.locked[a as usize] && !self.locked[b as usize] {
                     pairs.insert((a as usize, b as usize));
                 }
+            }
+        }
+        // What is seen of a body on either side of another is not connected.
+        if self.model.known.is_some() {
+            let all = self.primitives();
+            for a in (0..all.len()).filter(|&a| !self.locked[a]) {
+                let near = (a + 1..all.len()).filter(|&b| !self.locked[b] && all[a].may_touch(&all[b]));
+                pairs.extend(near.map(|b| (a, b)));
             }
         }
         pairs
@@ -212,8 +220,8 @@ impl<'a> Configuration<'a> {
         effort: Effort,
     ) -> Option<Superquadric> {
         let gathered = self.model.gather(points);
-        let floor = self.model.axis_floor();
-        fit(&gathered, warm, floor, effort, self.params.fit_distance, self.cancel).map(|m| m.shape)
+        fit(&gathered, warm, self.model.limits(), effort, self.params.fit_distance, self.cancel)
+            .map(|m| m.shape)
     }
 
     /// The best two-way fit to some points from several starts, next to
@@ -226,12 +234,7 @@ impl<'a> Configuration<'a> {
         steps: usize,
         detail: Detail,
     ) -> Option<Superquadric> {
-        let around = Surroundings {
-            surface: &self.model.surface,
-            spacing: self.model.spacing,
-            smallest_axis: self.model.axis_floor(),
-            others,
-        };
+        let around = Surroundings::new(self.model, others);
         let gathered = self.model.gather(points);
         starts
             .iter()

@@ -107,8 +107,8 @@ impl<'a> Pair<'a> {
     /// One primitive for both; `None` when cancelled.
     pub(crate) fn fit(&self, params: &Params, cancel: &Cancel) -> Option<Superquadric> {
         let warm = self.shapes.map(|s| *s);
-        let floor = self.model.axis_floor();
-        fit(&self.points, &warm, floor, Effort::THOROUGH, params.fit_distance, cancel).map(|m| m.shape)
+        let limits = self.model.limits();
+        fit(&self.points, &warm, limits, Effort::THOROUGH, params.fit_distance, cancel).map(|m| m.shape)
     }
 
     /// The union as a merge takes it.

@@ -2,14 +2,14 @@
 //! and how few primitives do.
 //!
 //! ```text
-//! E = Σ_points ρ(d(x, primitives)) + Σ_visible surface ρ(d(s, cloud)) + price(K)
+//! E = Σ_points ρ(d(x, primitives)) + Σ_visible surface c(s) + Σ_free ρ(depth) + price(K)
 //! ```
 //!
 //! docs/method.md explains the terms and says where each constant comes from.
 
 use crate::geometry::{Superquadric, kernel};
 use crate::inference::data::model::Model;
-use crate::inference::fit::symmetric::{Detail, SurfaceSample, pseudo_huber, sample_surface};
+use crate::inference::fit::symmetric::{Detail, SurfaceSample, pseudo_huber, sample_surface, surface_cost};
 use crate::inference::params::Params;
 
 /// The mean error, in mean spacings, that a primitive has to save where
@@ -51,6 +51,8 @@ pub(crate) struct PrimitiveTerms {
     pub(crate) distances: Vec<f32>,
     /// Surface samples, each with its cost where it is visible.
     pub(crate) samples: Vec<(SurfaceSample, f64)>,
+    /// What the space inside of it that was seen to be free adds.
+    pub(crate) intrusion: f64,
     radius: f64,
 }
 
@@ -66,11 +68,26 @@ impl PrimitiveTerms {
         let (samples, weight) = sample_surface(&shape, model.spacing, detail);
         let samples = samples
             .into_iter()
-            .map(|s| (s, weight * pseudo_huber(model.surface.offset(&s.place).distance, model.spacing)))
+            .map(|s| {
+                (
+                    s,
+                    weight
+                        * surface_cost(
+                            model.known.as_deref(),
+                            &s.place,
+                            model.surface.offset(&s.place).distance,
+                            model.spacing,
+                        ),
+                )
+            })
             .collect();
+        let intrusion = model
+            .known
+            .as_ref()
+            .map_or(0.0, |known| known.intrusion(&shape, |depth| pseudo_huber(depth, model.spacing)));
         // Samples are tested a little outside of the surface.
         let radius = shape.reach().norm() + model.spacing;
-        Self { shape, distances, samples, radius }
+        Self { shape, distances, samples, intrusion, radius }
     }
 
     pub(crate) fn may_touch(&self, other: &PrimitiveTerms) -> bool {

@@ -47,7 +47,7 @@ pub(crate) struct EnergyCache {
     point_costs: Vec<f64>,
     /// For each sample of each primitive the first primitives that hide it.
     occluders: Vec<Vec<[u32; OCCLUDERS]>>,
-    /// What the visible surface of each primitive adds.
+    /// What the visible surface of each primitive and free space inside it add.
     surface_costs: Vec<f64>,
     most: f64,
 }
@@ -78,7 +78,7 @@ impl EnergyCache {
             .zip(&whole.occluders)
             .map(|(primitive, occluders)| {
                 let visible = primitive.samples.iter().zip(occluders).filter(|(_, h)| h[0] == NONE);
-                visible.map(|((_, cost), _)| cost).sum()
+                visible.map(|((_, cost), _)| cost).sum::<f64>() + primitive.intrusion
             })
             .collect();
         whole
@@ -124,7 +124,7 @@ impl EnergyCache {
             .collect()
     }
 
-    /// What the visible surface of primitive `j` adds.
+    /// What the visible surface of primitive `j` and free space inside it add.
     pub(crate) fn surface_cost(&self, j: usize) -> f64 {
         self.surface_costs[j]
     }
@@ -185,6 +185,7 @@ impl EnergyCache {
                 .filter(|(s, cost)| *cost > 0.0 && !near.iter().any(|o| o.contains(&s.outside)))
                 .map(|(_, cost)| cost)
                 .sum::<f64>();
+            back += primitive.intrusion;
         }
         there + back
     }
@@ -210,6 +211,7 @@ impl EnergyCache {
                 *cost > 0.0 && !still_hidden(s, occluders) && !added.iter().any(|o| o.contains(&s.outside))
             })
             .map(|((_, cost), _)| cost)
-            .sum()
+            .sum::<f64>()
+            + primitive.intrusion
     }
 }

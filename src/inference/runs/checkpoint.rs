@@ -230,7 +230,7 @@ impl Checkpoint {
             params: self.params,
             phase: self.phase,
             cache: UnionCache::default(),
-            state: self.state(model),
+            state: self.state(model.seen(self.params.sight())),
         }
     }
 }

@@ -198,8 +198,8 @@ impl Sampler {
         }
         let model = &self.state.model;
         let gathered = model.gather(points);
-        let floor = model.axis_floor();
-        let fit_points = fit(&gathered, warm, floor, Effort::THOROUGH, self.params.fit_distance, cancel);
+        let fit_points =
+            fit(&gathered, warm, model.limits(), Effort::THOROUGH, self.params.fit_distance, cancel);
         let mut found = fit_points.map(|m| m.shape);
         if let Some(start) = found.filter(|_| self.is_symmetric()) {
             let others: Vec<Superquadric> = self
@@ -210,12 +210,7 @@ impl Sampler {
                 .filter(|(j, _)| !without.contains(j))
                 .map(|(_, c)| c.shape)
                 .collect();
-            let around = Surroundings {
-                surface: &model.surface,
-                spacing: model.spacing,
-                smallest_axis: floor,
-                others: &others,
-            };
+            let around = Surroundings::new(&model, &others);
             let fits = std::iter::once(&start)
                 .chain(warm)
                 .filter_map(|start| around.fit(&gathered, start, FIT_STEPS, Detail::Full, cancel));

@@ -17,11 +17,11 @@ use crate::inference::params::Params;
 /// The energy of a cloud as these parts, each with the primitive that fits it.
 fn energy(parts: &[Vec<Point3<f64>>]) -> f64 {
     let all: Vec<Point3<f64>> = parts.iter().flatten().copied().collect();
-    let model = Model::new(Normalization::of(&all).unwrap(), &all);
+    let model = Model::new(Normalization::of(&all).unwrap(), &all, &[]);
     let fitted = |part: &Vec<Point3<f64>>| {
         let points: Vec<_> = part.iter().map(|p| model.normalization.normalize(p)).collect();
-        let floor = model.axis_floor();
-        let found = fit(&points, &[], floor, Effort::THOROUGH, Distance::FirstOrder, &Cancel::default());
+        let found =
+            fit(&points, &[], model.limits(), Effort::THOROUGH, Distance::FirstOrder, &Cancel::default());
         PrimitiveTerms::new(&model, found.unwrap().shape)
     };
     let primitives: Vec<PrimitiveTerms> = parts.iter().map(fitted).collect();

@@ -3,6 +3,8 @@
 //! Parsed here because the header must be checked against the file before memory is allocated, and
 //! errors must name their line or byte. LZF decompression uses a library.
 
+use nalgebra::Point3;
+
 use super::columns::{Color, Gatherer, Roles};
 use super::raw::Raw;
 use super::scalar::Scalar;
@@ -31,7 +33,8 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Raw, Fault> {
         let problem = format!("its fields are {}, but x, y and z are needed", names.join(", "));
         return Err(Fault::at_line(header.fields_line, problem));
     };
-    let mut raw = Raw { notes: header.notes.clone(), ..Raw::default() };
+    let viewpoints = header.viewpoint.into_iter().map(Point3::from).collect();
+    let mut raw = Raw { notes: header.notes.clone(), viewpoints, ..Raw::default() };
     match header.data {
         Data::Ascii => ascii(bytes, &header, roles, &mut raw)?,
         Data::Binary => {

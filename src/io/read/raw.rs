@@ -29,6 +29,8 @@ pub(super) struct Raw {
     pub(super) lines: usize,
     /// Number of faces with missing vertices, ignored by the parser.
     pub(super) faces_out_of_range: usize,
+    /// The places that it was seen from, where the file says so.
+    pub(super) viewpoints: Vec<Point3<f64>>,
     pub(super) notes: Vec<String>,
 }
 
@@ -112,6 +114,7 @@ impl Raw {
             content: None,
             geometry: ShapeGeometry::Mesh(mesh),
             attributes,
+            viewpoints: self.viewpoints,
             notes: self.notes,
         })
     }
@@ -132,6 +135,7 @@ impl Raw {
             content: None,
             geometry,
             attributes: self.attributes,
+            viewpoints: self.viewpoints,
             notes: self.notes,
         })
     }

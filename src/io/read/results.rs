@@ -405,6 +405,7 @@ fn surfaces(stored: &StoredPrimitives) -> Shape {
         content: None,
         geometry: ShapeGeometry::Mesh(mesh),
         attributes: Default::default(),
+        viewpoints: Vec::new(),
         notes: Vec::new(),
     }
 }

@@ -9,7 +9,7 @@ use serde::Serialize;
 use super::outcome::Outcome;
 use super::text::json;
 use crate::geometry::{Isolated, SampledPart, Surface};
-use crate::inference::{MergeReport, Method, Params, Phase, UNASSIGNED};
+use crate::inference::{MergeReport, Method, Params, Phase, Sighting, UNASSIGNED};
 use crate::io::paths::StoredPath;
 use crate::io::shape::{Content, Shape, ShapeGeometry};
 
@@ -55,6 +55,7 @@ struct ReportFile<'a> {
     surface: Option<SurfaceEntry>,
     /// Of a cloud.
     isolated: Option<IsolatedEntry>,
+    seen_from: Sighting,
     phase: Phase,
     iterations: u32,
     clusters_at_iteration: &'a [usize],
@@ -210,6 +211,7 @@ pub(super) fn report_json(
             ShapeGeometry::Mesh(_) => None,
             ShapeGeometry::Cloud(_) => Some(IsolatedEntry::new(sampling.isolated, &cloud.part)),
         },
+        seen_from: abstraction.sighting,
         phase: abstraction.phase,
         iterations: abstraction.iteration,
         clusters_at_iteration: &record.clusters,

@@ -26,6 +26,7 @@ use crate::geometry::kernel::{self, Distance, PointBlock};
 use crate::geometry::neighbors::KdTree;
 use crate::geometry::{Superquadric, tessellate};
 use crate::inference::control::Cancel;
+use crate::inference::data::limits::Limits;
 use crate::inference::data::model::Model;
 use crate::inference::fit::levenberg_marquardt::{Area, Target, descend};
 use crate::inference::fit::moments::{box_of_extents, ellipsoid_of_moments};
@@ -208,7 +209,10 @@ impl Problem {
             weights: Some(&weights),
             area: Some(Area { price: 2.0 * variance * total, margin }),
         };
-        let found = descend(&mut target, &from.shape, self.axis_floor, LM_STEPS, STALLED, cancel);
+        // A body of which one side is seen reaches beyond its points, up to as
+        // far again.
+        let limits = Limits { smallest_axis: self.axis_floor, reach: 2.0, finest: 0.0 };
+        let found = descend(&mut target, &from.shape, limits, LM_STEPS, STALLED, cancel);
         let sum = kernel::weighted_cost(&found.shape, block, &weights, self.distance);
         // ∂/∂σ of the expected log-likelihood is 0 where
         // Σ w·d² = σ²·Σ w·(1 + 4πσ²/(A + 2πσ²)).

@@ -93,7 +93,7 @@ impl Baseline {
             checkpoint::Remaining::Sampler => Pending::Parts(Vec::new()),
             checkpoint::Remaining::Fits(at) => Pending::Fits(*at),
             checkpoint::Remaining::One(recovered) => Pending::One(recovered.map(|r| {
-                let problem = Problem::new(&model, model.points.clone(), r.outlier_prior, r.distance);
+                let problem = Problem::new(&model, model.points.to_vec(), r.outlier_prior, r.distance);
                 Box::new(Recovery::resumed(problem, &r))
             })),
             checkpoint::Remaining::Parts(parts) => Pending::Parts(parts.clone()),
@@ -211,7 +211,7 @@ fn fit_cluster(state: &mut State, params: &Params, at: usize, cancel: &Cancel) {
     let model = state.model.clone();
     let points = model.gather(&state.members()[at]);
     let warm = [state.clusters[at].shape];
-    let found = fit(&points, &warm, model.axis_floor(), Effort::THOROUGH, params.fit_distance, cancel);
+    let found = fit(&points, &warm, model.limits(), Effort::THOROUGH, params.fit_distance, cancel);
     if let Some(found) = found {
         let sum_d2 = sum_squared_radial(&found.shape, &points);
         let cluster = &mut state.clusters[at];
@@ -225,7 +225,7 @@ fn fit_cluster(state: &mut State, params: &Params, at: usize, cancel: &Cancel) {
 fn recover(state: &mut State, params: &Params, recovery: &mut Option<Box<Recovery>>, cancel: &Cancel) {
     let model = state.model.clone();
     let recovery = recovery.get_or_insert_with(|| {
-        let problem = Problem::new(&model, model.points.clone(), params.outlier_prior, params.fit_distance);
+        let problem = Problem::new(&model, model.points.to_vec(), params.outlier_prior, params.fit_distance);
         Box::new(Recovery::new(problem, &[], cancel))
     });
     recovery.tune(params.outlier_prior, params.fit_distance);

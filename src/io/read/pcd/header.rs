@@ -40,6 +40,8 @@ pub(super) struct Header {
     pub(super) length: usize,
     pub(super) lines: usize,
     pub(super) fields_line: usize,
+    /// Where the sensor was; none where the header has only the default.
+    pub(super) viewpoint: Option<[f64; 3]>,
     pub(super) notes: Vec<String>,
 }
 
@@ -60,6 +62,7 @@ impl Words {
 impl Header {
     pub(super) fn parse(bytes: &[u8]) -> Result<Self, Fault> {
         let (mut fields, mut sizes, mut types) = (Words::default(), Words::default(), Words::default());
+        let mut viewpoint = Words::default();
         let (mut counts, mut width, mut height, mut points) = (None, None, None, None);
         let (mut at, mut line_number) = (0, 0);
         let data = loop {
@@ -77,7 +80,8 @@ impl Header {
             let Some(key) = words.next().filter(|w| !w.starts_with('#')) else { continue };
             let words = Words { line: line_number, words: words.collect() };
             match key.to_ascii_uppercase().as_str() {
-                "VERSION" | "VIEWPOINT" => {}
+                "VERSION" => {}
+                "VIEWPOINT" => viewpoint = words,
                 "FIELDS" | "COLUMNS" => fields = words,
                 "SIZE" => sizes = words,
                 "TYPE" => types = words,
@@ -123,7 +127,19 @@ impl Header {
             notes.push(format!("WIDTH times HEIGHT is {grid}, but POINTS is {points}; POINTS was used"));
         }
         let (length, lines) = (at, line_number);
-        Ok(Self { columns, data, points, record, length, lines, fields_line: fields.line, notes })
+        let place: Option<Vec<f64>> = viewpoint.words.iter().map(|w| w.parse().ok()).collect();
+        let viewpoint = match place.as_deref() {
+            None => {
+                notes.push("the VIEWPOINT is not seven numbers and was ignored".to_owned());
+                None
+            }
+            // Most programs write the origin without knowing.
+            Some([x, y, z, ..]) if [x, y, z].iter().any(|c| **c != 0.0) => {
+                Some([*x, *y, *z]).filter(|place| place.iter().all(|c| c.is_finite()))
+            }
+            Some(_) => None,
+        };
+        Ok(Self { columns, data, points, record, length, lines, fields_line: fields.line, viewpoint, notes })
     }
 }
 
