@@ -9,7 +9,7 @@ use rand_distr::{Distribution, Gamma};
 use crate::geometry::Superquadric;
 use crate::geometry::kernel::{self, Distance, PointBlock};
 use crate::geometry::neighbors::{KdTree, RadiusGraph};
-use crate::inference::data::known_space::{KnownSpace, Sighting, Viewpoint, find_viewpoint};
+use crate::inference::data::known_space::{KnownSpace, Sighting, Viewpoint, find_viewpoints};
 use crate::inference::data::limits::Limits;
 use crate::inference::data::normalization::Normalization;
 use crate::inference::data::surface_distance::SurfaceDistance;
@@ -29,6 +29,9 @@ const AXIS_FLOOR: f64 = 0.05;
 const FINEST: f64 = 0.5;
 /// A ball whose visible cap is a third of its diameter deep is found whole.
 const ONE_SIDED_REACH: f64 = 3.0;
+/// Error in mean spacings whose square, for each point, is as much as twice the
+/// area, or nearly.
+const PULL: f64 = 0.01;
 
 /// The points without their exact twins, in an order of their own.
 pub(crate) fn distinct(points: &[Point3<f64>]) -> Vec<Point3<f64>> {
@@ -114,8 +117,8 @@ impl Model {
                 self.viewpoints.iter().map(|v| Viewpoint::Place(*v)).collect()
             }
             _ => {
-                let (viewpoint, shows_all) = find_viewpoint(&self.surface, self.spacing);
-                if shows_all || seen_from == SeenFrom::OneSide { vec![viewpoint] } else { Vec::new() }
+                let (found, shows_all) = find_viewpoints(&self.surface, self.spacing);
+                if shows_all || seen_from == SeenFrom::OneSide { found } else { Vec::new() }
             }
         };
         let sighting = match viewpoints[..] {
@@ -127,15 +130,24 @@ impl Model {
             }
         };
         let known = (!viewpoints.is_empty())
-            .then(|| Arc::new(KnownSpace::new(&viewpoints, &self.points, self.spacing)));
+            .then(|| Arc::new(KnownSpace::new(&viewpoints, self.viewpoints.is_empty(), &self.points, self.spacing)));
         Arc::new(Self { seen_from, known, sighting, ..Self::clone(self) })
     }
 
     /// What the fit of a primitive may not go beyond. A body of which one side
     /// is seen reaches beyond its points.
     pub(crate) fn limits(&self) -> Limits {
-        let reach = if self.known.is_some() { ONE_SIDED_REACH } else { 1.0 };
-        Limits { smallest_axis: self.axis_floor(), reach, finest: FINEST * self.spacing }
+        let (smallest_axis, finest) = (self.axis_floor(), FINEST * self.spacing);
+        match &self.known {
+            None => Limits { smallest_axis, finest, reach: 1.0, viewpoint: None, pull: 0.0 },
+            Some(known) => Limits {
+                smallest_axis,
+                finest,
+                reach: ONE_SIDED_REACH,
+                viewpoint: known.viewpoint(),
+                pull: (PULL * self.spacing).powi(2),
+            },
+        }
     }
 
     pub(crate) fn sigma_floor(&self) -> f64 {

@@ -8,6 +8,7 @@ use crate::geometry::theta::{Bounds, PARAMETERS, SEMI_AXES_AT, TURN_AT, Theta, s
 use crate::geometry::{Superquadric, tessellate};
 use crate::inference::control::Cancel;
 use crate::inference::data::limits::Limits;
+use crate::inference::fit::area::area_of_ellipsoid;
 
 /// Largest turn of one step, in radians: the linear model of a rotation is
 /// no good beyond it.
@@ -37,7 +38,8 @@ pub(crate) struct Minimum {
 }
 
 /// What is minimised: Σ w·d², w = 1 where there are no weights, plus
-/// [`Area::price`] times the logarithm of the area.
+/// [`Area::price`] times the logarithm of the area, plus `pull` times that of an
+/// ellipsoid of the same size.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Target<'a> {
     pub(crate) points: &'a PointBlock,
@@ -45,6 +47,7 @@ pub(crate) struct Target<'a> {
     /// One weight a point.
     pub(crate) weights: Option<&'a [f64]>,
     pub(crate) area: Option<Area>,
+    pub(crate) pull: f64,
 }
 
 /// The term `price · ln(A + margin)` of a shape of surface area A. Points that
@@ -98,7 +101,8 @@ impl Objective for Target<'_> {
             Some(weights) => kernel::weighted_cost(shape, self.points, weights, self.distance),
             None => kernel::cost(shape, self.points, self.distance),
         };
-        sum + self.area.map_or(0.0, |area| area.cost(shape))
+        let pull = if self.pull > 0.0 { self.pull * area_of_ellipsoid(&shape.semi_axes).0.ln() } else { 0.0 };
+        sum + pull + self.area.map_or(0.0, |area| area.cost(shape))
     }
 
     fn linearize(&mut self, shape: &Superquadric) -> NormalEquations {
@@ -114,11 +118,20 @@ impl Objective for Target<'_> {
             normal.jtj += gradient * gradient.transpose() * (2.0 / area.price.max(f64::MIN_POSITIVE));
             normal.cost += area.cost(shape);
         }
+        if self.pull > 0.0 {
+            let (area, gradient) = area_of_ellipsoid(&shape.semi_axes);
+            normal.cost += self.pull * area.ln();
+            for axis in 0..3 {
+                let slope = 0.5 * self.pull * gradient[axis] / area;
+                normal.jtr[SEMI_AXES_AT + axis] += slope;
+                normal.jtj[(SEMI_AXES_AT + axis, SEMI_AXES_AT + axis)] += slope / shape.semi_axes[axis];
+            }
+        }
         normal
     }
 
     fn least(&self, shape: &Superquadric) -> f64 {
-        if self.area.is_some() {
+        if self.area.is_some() || self.pull > 0.0 {
             f64::NEG_INFINITY
         } else {
             1e-24 * self.points.len() as f64 * shape.semi_axes.norm_squared()
@@ -128,7 +141,7 @@ impl Objective for Target<'_> {
     /// The logarithm of an area has no zero of its own, but its price is about
     /// the size of Σ w·d².
     fn scale(&self, cost: f64) -> f64 {
-        self.area.map_or(cost, |area| area.price)
+        self.area.map_or(if self.pull > 0.0 { cost.abs().max(self.pull) } else { cost }, |area| area.price)
     }
 }
 
@@ -136,12 +149,14 @@ impl Objective for Target<'_> {
 /// the primitive's frame: each semi-axis at most half the extent along it,
 /// times the reach, the centre inside, but for the thickness of the thinnest
 /// plate.
-fn bounds(low: &Vector3<f64>, high: &Vector3<f64>, limits: Limits) -> (Theta, Theta) {
-    let Limits { smallest_axis, reach, .. } = limits;
-    let half = ((high - low) * 0.5 * reach).map(|h| h.max(2.0 * smallest_axis));
+fn bounds(low: &Vector3<f64>, high: &Vector3<f64>, shape: &Superquadric, limits: Limits) -> (Theta, Theta) {
+    let Limits { smallest_axis, .. } = limits;
+    let reach = limits.reaches(shape);
+    let extent = (high - low) * 0.5;
+    let half = extent.component_mul(&reach).map(|h| h.max(2.0 * smallest_axis));
     let Bounds { exponents: (e0, e1), taper: (k0, k1), .. } = Bounds::FITS;
     let (a0, w) = (smallest_axis, LARGEST_TURN);
-    let beyond = ((high - low) * 0.5 * (reach - 1.0)).add_scalar(2.0 * a0);
+    let beyond = extent.component_mul(&reach.add_scalar(-1.0)).add_scalar(2.0 * a0);
     let (low, high) = (low - beyond, high + beyond);
     (
         Theta::from([e0, e0, a0, a0, a0, -w, -w, -w, low.x, low.y, low.z, k0, k0]),
@@ -161,7 +176,7 @@ pub(crate) fn minimize(
     tolerance: f64,
     cancel: &Cancel,
 ) -> Minimum {
-    let mut target = Target { points, distance, weights: None, area: None };
+    let mut target = Target { points, distance, weights: None, area: None, pull: limits.pull * points.len() as f64 };
     descend(&mut target, start, limits, iterations, tolerance, cancel)
 }
 
@@ -195,7 +210,7 @@ pub(crate) fn descend(
             break;
         }
         let now = shape.theta();
-        let (lo, hi) = bounds(&normal.low, &normal.high, limits);
+        let (lo, hi) = bounds(&normal.low, &normal.high, &shape, limits);
         // As the pose moves the box shrinks: what already lies outside may stay.
         let (lo, hi) = (lo.inf(&now), hi.sup(&now));
         // A parameter at its bound with the gradient pushing outward is held.

@@ -1,5 +1,6 @@
 //! Fits of one primitive to points.
 
+pub(crate) mod area;
 pub(crate) mod k_means;
 pub(crate) mod levenberg_marquardt;
 pub(crate) mod moments;

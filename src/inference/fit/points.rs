@@ -7,7 +7,7 @@ use crate::geometry::Superquadric;
 use crate::geometry::kernel::{self, Distance, PointBlock};
 use crate::inference::control::Cancel;
 use crate::inference::data::limits::Limits;
-use crate::inference::fit::levenberg_marquardt::{Minimum, Stop, minimize};
+use crate::inference::fit::levenberg_marquardt::{Minimum, Objective, Stop, Target, minimize};
 use crate::inference::fit::moments::{box_of_extents, ellipsoid_of_moments, with_axis_as_z};
 
 /// The moments start of the paper is four times smaller than the points.
@@ -72,7 +72,9 @@ pub(crate) fn fit(
     let few: PointBlock = points.iter().step_by(stride).copied().collect();
     let probe = |start: &Superquadric| {
         let m = minimize(&few, Distance::Radial, start, limits, effort.probe, effort.tolerance, cancel);
-        Minimum { cost: kernel::cost(&m.shape, &few, distance), ..m }
+        let pull = limits.pull * few.len() as f64;
+        let target = Target { points: &few, distance, weights: None, area: None, pull };
+        Minimum { cost: target.cost(&m.shape), ..m }
     };
     let mut starts = warm.to_vec();
     if effort.explore {
@@ -99,7 +101,7 @@ pub(crate) fn fit(
                     ..start
                 })
             })
-            .find(|m| m.cost < BETTER * best.cost);
+            .find(|m| m.cost < best.cost - (1.0 - BETTER) * best.cost.abs());
         match better {
             Some(m) => best = m,
             None => break,
@@ -108,6 +110,30 @@ pub(crate) fn fit(
     best = minimize(&block, distance, &best.shape, limits, effort.polish, effort.tolerance, cancel);
     let usable = best.cost.is_finite() && best.shape.is_valid() && best.stop != Stop::Cancelled;
     (usable && !cancel.is_requested()).then_some(best)
+}
+
+/// A plate with other outlines of the same extents: an ellipse, and triangles.
+/// None where the box is no plate.
+pub(crate) fn outlines(whole: &Superquadric) -> Vec<Superquadric> {
+    let thin = whole.semi_axes.imin();
+    // The thin axis becomes x.
+    let plate = with_axis_as_z(whole, (thin + 2) % 3);
+    if plate.semi_axes.x > PLATE * plate.semi_axes.y.min(plate.semi_axes.z) {
+        return Vec::new();
+    }
+    let disc = Superquadric { exponents: [plate.exponents[0], 1.0], ..with_axis_as_z(&plate, 0) };
+    let mut found = vec![disc];
+    for axis in [1, 2] {
+        let along = with_axis_as_z(&plate, axis);
+        for sign in [-1.0, 1.0] {
+            // Tapered across its width, not its thickness.
+            let taper = if along.semi_axes.x > along.semi_axes.y { [0.9 * sign, 0.0] } else { [0.0, 0.9 * sign] };
+            let mut semi_axes = along.semi_axes;
+            semi_axes[if taper[0] != 0.0 { 0 } else { 1 }] /= 1.9;
+            found.push(Superquadric { taper, semi_axes, ..along });
+        }
+    }
+    found
 }
 
 /// Configurations whose surface resembles that of `shape`, but from which the

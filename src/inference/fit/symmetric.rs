@@ -13,6 +13,7 @@ use crate::inference::data::known_space::KnownSpace;
 use crate::inference::data::limits::Limits;
 use crate::inference::data::model::Model;
 use crate::inference::data::surface_distance::SurfaceDistance;
+use crate::inference::fit::area::area_of_ellipsoid;
 use crate::inference::fit::levenberg_marquardt::{Objective, descend};
 
 /// Distances above so many mean spacings count by their first power, as in the
@@ -27,12 +28,10 @@ const AREA_PER_POINT: f64 = 0.9;
 const HIDDEN: f64 = 0.1;
 /// What a point's worth of surface in unknown space adds, in mean spacings: so
 /// little that of the bodies that explain the points the smallest wins.
-const UNKNOWN: f64 = 0.01;
+const UNKNOWN: f64 = 0.003;
 /// What the square of a taper costs each point, in mean spacings, where one side
 /// is seen: little, so that points decide where they can.
-const TAPER: f64 = 0.02;
-/// Exponent of Thomsen's approximation to the area of an ellipsoid.
-const THOMSEN: f64 = 1.6075;
+const TAPER: f64 = 0.05;
 /// Samples of one primitive at most.
 const MAX_SAMPLES: usize = 1500;
 /// Points and samples of one primitive at most in a fit that need not be the
@@ -57,6 +56,11 @@ pub(crate) fn surface_cost(
 ) -> f64 {
     let cost = pseudo_huber(distance, spacing);
     if is_unknown(known, place, cost, spacing) { UNKNOWN * spacing } else { cost }
+}
+
+/// What the tapers of a body of `area` points' worth cost where one side is seen.
+pub(crate) fn taper_cost(shape: &Superquadric, area: f64, spacing: f64) -> f64 {
+    TAPER * spacing * area * shape.taper.iter().map(|k| k * k).sum::<f64>()
 }
 
 /// Whether a place that would cost so much, were it free, isn't known to be.
@@ -165,7 +169,7 @@ impl<'a> Surroundings<'a> {
             detail,
             sample_weight: 1.0,
         };
-        let found = descend(&mut objective, start, self.limits, steps, TOLERANCE, cancel);
+        let found = descend(&mut objective, start, self.limits, steps, if self.known.is_some() { 0.1 * TOLERANCE } else { TOLERANCE }, cancel);
         if cancel.is_requested() || !found.shape.is_valid() {
             return None;
         }
@@ -331,17 +335,6 @@ impl Objective for SymmetricError<'_> {
     }
 }
 
-/// The area of an ellipsoid by Thomsen's formula, and its derivatives by the
-/// semi-axes: how the area of any body grows with its size.
-fn area_of_ellipsoid(semi_axes: &Vector3<f64>) -> (f64, Vector3<f64>) {
-    let powers = semi_axes.map(|a| a.powf(THOMSEN));
-    let others = Vector3::new(powers.y + powers.z, powers.x + powers.z, powers.x + powers.y);
-    let mean = (powers.x * powers.y + powers.x * powers.z + powers.y * powers.z) / 3.0;
-    let area = 4.0 * std::f64::consts::PI * mean.powf(1.0 / THOMSEN);
-    let by_power = powers.component_mul(&others).component_div(semi_axes) / (3.0 * mean);
-    (area, by_power * area)
-}
-
 /// ∂(u·s)/∂θ of the surface point s that has the normalised coordinates n: the
 /// angles of the parametrisation stay, u is a fixed direction.
 fn surface_row(shape: &Superquadric, n: &Vector3<f64>, u: &Vector3<f64>) -> [f64; PARAMETERS] {
@@ -447,7 +440,7 @@ mod tests {
             translation: Vector3::new(0.0, 0.0, -0.3),
             ..truth
         };
-        let limits = Limits { smallest_axis: 0.0025, reach: 1.0, finest: 0.0 };
+        let limits = Limits { smallest_axis: 0.0025, reach: 1.0, viewpoint: None, finest: 0.0, pull: 0.0 };
         let around = Surroundings { surface: &surface, spacing: 0.05, limits, known: None, others: &[] };
         let (found, _) = around.fit(&mine, &start, 30, Detail::Full, &Cancel::default()).unwrap();
         let top = found.translation.z + found.half_extents().z;

@@ -24,6 +24,9 @@ const FIRST_ITERATION: u32 = 5;
 const SEPARATE: (f64, f64) = (1e-3, 1e-2);
 /// Coverage under which a cluster is split.
 const SMALLEST_COVERAGE: f64 = 0.7;
+/// Mean depth of the free space in a body, in mean spacings a point, above which
+/// its cluster is split.
+const INTRUDES: f64 = 0.3;
 /// A surface sample is covered by a point within this many mean spacings.
 const COVER_RADIUS: f64 = 1.1;
 /// Surface samples of one coverage test at most.
@@ -133,7 +136,12 @@ fn test_cluster(state: &State, params: &Params, j: usize, members: &[u32], cance
         }
         return reduce(largest, &[cluster.shape], Occurrence::Separated { id: cluster.id });
     }
-    let coverage = coverage(model, &cluster.shape, members);
+    let mut coverage = coverage(model, &cluster.shape, members);
+    // A body that holds free space stands for points that it should not.
+    let intrusion = model.known.as_ref().map_or(0.0, |known| known.intrusion(&cluster.shape, |depth| depth));
+    if intrusion > INTRUDES * model.spacing * members.len() as f64 {
+        coverage = 0.0;
+    }
     if coverage < SMALLEST_COVERAGE {
         let mut rng = stream(params.seed, Purpose::Split, state.iteration, u32::MAX - cluster.id);
         let halves = k_means(&model.gather(&largest), 2, &mut rng);

@@ -7,9 +7,11 @@ use rayon::prelude::*;
 use crate::geometry::{Superquadric, kernel};
 use crate::inference::control::Cancel;
 use crate::inference::data::abstraction::UNASSIGNED;
+use crate::inference::data::limits::Limits;
 use crate::inference::data::model::Model;
 use crate::inference::data::state::State;
-use crate::inference::fit::points::{Effort, fit};
+use crate::inference::fit::moments::box_of_extents;
+use crate::inference::fit::points::{Effort, fit, outlines};
 use crate::inference::fit::symmetric::{Detail, PSEUDO_HUBER_DELTA, Surroundings, pseudo_huber};
 use crate::inference::objective::energy;
 use crate::inference::objective::energy::{OUTLIER_SPACINGS, PrimitiveTerms, is_lonely};
@@ -212,16 +214,20 @@ impl<'a> Configuration<'a> {
             .sum()
     }
 
-    /// The best primitive for some points by its distance to them alone.
+    /// The best primitive for some points by its distance to them alone; where
+    /// one side is seen also the best of any size, since the smallest may be too
+    /// small. None where no fit comes to anything.
     pub(crate) fn fit_points(
         &self,
         points: &[u32],
         warm: &[Superquadric],
         effort: Effort,
-    ) -> Option<Superquadric> {
+    ) -> Vec<Superquadric> {
         let gathered = self.model.gather(points);
-        fit(&gathered, warm, self.model.limits(), effort, self.params.fit_distance, self.cancel)
-            .map(|m| m.shape)
+        let limits = self.model.limits();
+        let of_any_size = (limits.pull > 0.0).then_some(Limits { pull: 0.0, ..limits });
+        let fitted = |limits| fit(&gathered, warm, limits, effort, self.params.fit_distance, self.cancel);
+        std::iter::once(limits).chain(of_any_size).filter_map(fitted).map(|m| m.shape).collect()
     }
 
     /// The best two-way fit to some points from several starts, next to
@@ -308,41 +314,48 @@ impl<'a> Configuration<'a> {
     /// is far from being worth having.
     pub(crate) fn rough_union(&self, list: &[usize], before: f64) -> Option<RoughUnion> {
         let points = self.union(list);
-        let shape = self.rough_shape(list, &points)?;
+        let mut shapes = self.rough_shapes(list, &points);
         // The points alone say as much in most cases.
         let gathered = self.model.gather(&points).into_iter().collect();
-        let together = kernel::pseudo_huber_cost(&shape, &gathered, PSEUDO_HUBER_DELTA * self.model.spacing);
         let alone: f64 = list.iter().map(|&j| self.points_error(j)).sum();
-        let price = self.price_of_one_more();
-        if together > alone + HOPELESS_ROUGH * price * list.len() as f64 {
-            return None;
-        }
-        let rise = self.rise(list, &[shape], before);
-        (rise < HOPELESS_ROUGH).then_some(RoughUnion { shape, rise })
+        let most = alone + HOPELESS_ROUGH * self.price_of_one_more() * list.len() as f64;
+        let delta = PSEUDO_HUBER_DELTA * self.model.spacing;
+        shapes.retain(|shape| kernel::pseudo_huber_cost(shape, &gathered, delta) <= most);
+        self.best_of(list, shapes, before).filter(|rough| rough.rise < HOPELESS_ROUGH)
     }
 
-    fn rough_shape(&self, list: &[usize], points: &[u32]) -> Option<Superquadric> {
-        if points.len() <= SMALLEST_CLUSTER {
-            return None;
-        }
-        let largest = *list.iter().max_by_key(|&&j| self.members[j].len())?;
+    /// The shape in the place of some primitives by which the energy rises least.
+    fn best_of(&self, list: &[usize], shapes: Vec<Superquadric>, before: f64) -> Option<RoughUnion> {
+        let unions = shapes.into_iter().map(|shape| RoughUnion { shape, rise: self.rise(list, &[shape], before) });
+        unions.min_by(|a, b| a.rise.total_cmp(&b.rise))
+    }
+
+    fn rough_shapes(&self, list: &[usize], points: &[u32]) -> Vec<Superquadric> {
+        let largest = list.iter().max_by_key(|&&j| self.members[j].len());
+        let Some(&largest) = largest.filter(|_| points.len() > SMALLEST_CLUSTER) else { return Vec::new() };
         let few: Vec<u32> = points.iter().step_by(points.len().div_ceil(ROUGH_POINTS)).copied().collect();
-        self.fit_points(&few, &[self.primitives()[largest].shape], Effort::ROUGH)
+        let shape = self.primitives()[largest].shape;
+        let mut shapes = self.fit_points(&few, &[shape], Effort::ROUGH);
+        if self.model.known.is_some() {
+            // Faces of one box, of which each is a plate so far; parts of one sheet.
+            let whole = box_of_extents(&self.model.gather(points), &shape, self.model.axis_floor());
+            shapes.extend(outlines(&whole));
+            shapes.push(whole);
+        }
+        shapes
     }
 
     /// A first look, however little it is worth having.
     pub(crate) fn any_rough_union(&self, list: &[usize], before: f64) -> Option<RoughUnion> {
-        let shape = self.rough_shape(list, &self.union(list))?;
-        Some(RoughUnion { shape, rise: self.rise(list, &[shape], before) })
+        self.best_of(list, self.rough_shapes(list, &self.union(list)), before)
     }
 
     /// One primitive for the points of several, however little it is worth
     /// having.
     pub(crate) fn any_union(&self, list: &[usize]) -> Option<Superquadric> {
         let points = self.union(list);
-        let rough = self.rough_shape(list, &points)?;
-        let start = self.fit_points(&points, &[rough], Effort::THOROUGH)?;
-        self.fit_symmetric(&points, &[start], &self.others(list), PROPOSAL_STEPS, Detail::Rough)
+        let starts = self.fit_points(&points, &self.rough_shapes(list, &points), Effort::THOROUGH);
+        self.fit_symmetric(&points, &starts, &self.others(list), PROPOSAL_STEPS, Detail::Rough)
     }
 
     /// One primitive for the points of several, from the first look on, and
@@ -354,12 +367,14 @@ impl<'a> Configuration<'a> {
         before: f64,
     ) -> Option<(Superquadric, Vec<u32>)> {
         let points = self.union(list);
-        let start = self.fit_points(&points, &[rough.shape], Effort::THOROUGH)?;
-        if self.rise(list, &[start], before) > HOPELESS_UNION {
-            return None;
+        let mut starts = self.fit_points(&points, &[rough.shape], Effort::THOROUGH);
+        if self.model.known.is_some() {
+            // Points on one side leave open what the energy has told.
+            starts.push(rough.shape);
         }
+        starts.retain(|start| self.rise(list, &[*start], before) <= HOPELESS_UNION);
         let shape =
-            self.fit_symmetric(&points, &[start], &self.others(list), PROPOSAL_STEPS, Detail::Rough)?;
+            self.fit_symmetric(&points, &starts, &self.others(list), PROPOSAL_STEPS, Detail::Rough)?;
         Some((shape, points))
     }
 
@@ -391,19 +406,46 @@ impl<'a> Configuration<'a> {
             return None;
         }
         // Not from the whole, which is near each part's points as well.
-        let starts: Vec<Superquadric> =
-            parts.iter().map(|p| self.fit_points(p, &[], Effort::THOROUGH)).collect::<Option<_>>()?;
+        let fitted: Vec<Vec<Superquadric>> =
+            parts.iter().map(|p| self.fit_points(p, &[], Effort::THOROUGH)).collect();
+        let starts: Vec<Superquadric> = fitted.iter().map(|s| s.first().copied()).collect::<Option<_>>()?;
         if self.rise(&[j], &starts, before) > HOPELESS_CUT {
             return None;
         }
         let around = self.others(&[j]);
-        let mut fitted = Vec::with_capacity(parts.len());
+        let mut added = Vec::with_capacity(parts.len());
         for (k, points) in parts.iter().enumerate() {
             let siblings = starts.iter().enumerate().filter(|(other, _)| *other != k).map(|(_, s)| *s);
             let others: Vec<Superquadric> = around.iter().copied().chain(siblings).collect();
-            let shape = self.fit_symmetric(points, &starts[k..=k], &others, PROPOSAL_STEPS, Detail::Rough)?;
-            fitted.push((shape, points.clone()));
+            let shape = self.fit_symmetric(points, &fitted[k], &others, PROPOSAL_STEPS, Detail::Rough)?;
+            added.push((shape, points.clone()));
         }
-        self.propose(vec![j], fitted, before)
+        self.propose(vec![j], added, before)
     }
+}
+
+/// Each primitive with all its neighbours, and all that are connected: of a
+/// hollow body's two walls no two patches make a better one, all together do.
+pub(crate) fn groups(count: usize, pairs: &BTreeSet<(usize, usize)>) -> Vec<Vec<usize>> {
+    let mut near: Vec<BTreeSet<usize>> = (0..count).map(|j| BTreeSet::from([j])).collect();
+    for &(a, b) in pairs {
+        near[a].insert(b);
+        near[b].insert(a);
+    }
+    let mut found: BTreeSet<Vec<usize>> =
+        near.iter().map(|star| star.iter().copied().collect::<Vec<usize>>()).collect();
+    let mut seen = vec![false; count];
+    for first in 0..count {
+        let mut component = Vec::new();
+        let mut next = vec![first];
+        while let Some(j) = next.pop() {
+            if !std::mem::replace(&mut seen[j], true) {
+                component.push(j);
+                next.extend(&near[j]);
+            }
+        }
+        component.sort_unstable();
+        found.insert(component);
+    }
+    found.into_iter().filter(|list| list.len() > 2).collect()
 }

@@ -1,7 +1,7 @@
 //! Merging by energy: which unions are fitted, and in what order. One search
 //! serves the passes of a run, a merge by hand and its proposal.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeMap;
 
 use rayon::prelude::*;
 
@@ -9,7 +9,7 @@ use crate::inference::control::Cancel;
 use crate::inference::data::abstraction::Occurrence;
 use crate::inference::data::model::Model;
 use crate::inference::data::state::State;
-use crate::inference::moves::configuration::{Configuration, Proposal, RoughUnion, Version};
+use crate::inference::moves::configuration::{Configuration, Proposal, RoughUnion, Version, groups};
 use crate::inference::moves::search::{Move, accept, versions_of, write_back};
 use crate::inference::params::Params;
 
@@ -125,30 +125,4 @@ impl<'a> MergeSearch<'a> {
         self.rough_unions.extend(hopeful.iter().map(|(list, _)| (key(list), None)));
         hopeful
     }
-}
-
-/// Each primitive with all its neighbours, and all that are connected: of a
-/// hollow body's two walls no two patches make a better one, all together do.
-fn groups(count: usize, pairs: &BTreeSet<(usize, usize)>) -> Vec<Vec<usize>> {
-    let mut near: Vec<BTreeSet<usize>> = (0..count).map(|j| BTreeSet::from([j])).collect();
-    for &(a, b) in pairs {
-        near[a].insert(b);
-        near[b].insert(a);
-    }
-    let mut found: BTreeSet<Vec<usize>> =
-        near.iter().map(|star| star.iter().copied().collect::<Vec<usize>>()).collect();
-    let mut seen = vec![false; count];
-    for first in 0..count {
-        let mut component = Vec::new();
-        let mut next = vec![first];
-        while let Some(j) = next.pop() {
-            if !std::mem::replace(&mut seen[j], true) {
-                component.push(j);
-                next.extend(&near[j]);
-            }
-        }
-        component.sort_unstable();
-        found.insert(component);
-    }
-    found.into_iter().filter(|list| list.len() > 2).collect()
 }

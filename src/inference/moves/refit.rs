@@ -22,6 +22,9 @@ const POLISH_STEPS: usize = 25;
 /// A fit that gains less than this share of the price of a primitive does not
 /// make changes worth trying again.
 const NOTABLE: f64 = 0.05;
+/// The same at the end where one side is seen: the points say little of the
+/// other, but that little counts.
+const NOTABLE_UNSEEN: f64 = 0.005;
 
 /// How a primitive is fitted again.
 #[derive(Debug, Clone, Copy, Hash)]
@@ -83,7 +86,8 @@ pub(crate) fn refit(
 
 /// Fits the final primitives until they rest.
 pub(crate) fn polish(configuration: &mut Configuration<'_>, refits: &mut Refits) {
-    let rest = NOTABLE * configuration.price_of_one_more();
+    let notable = if configuration.model.known.is_some() { NOTABLE_UNSEEN } else { NOTABLE };
+    let rest = notable * configuration.price_of_one_more();
     let mut energy = configuration.energy();
     for _ in 0..POLISHES {
         let way = Way { explore: false, steps: POLISH_STEPS, detail: Detail::Full };

@@ -9,7 +9,7 @@
 
 use crate::geometry::{Superquadric, kernel};
 use crate::inference::data::model::Model;
-use crate::inference::fit::symmetric::{Detail, SurfaceSample, pseudo_huber, sample_surface, surface_cost};
+use crate::inference::fit::symmetric::{taper_cost, Detail, SurfaceSample, pseudo_huber, sample_surface, surface_cost};
 use crate::inference::params::Params;
 
 /// The mean error, in mean spacings, that a primitive has to save where
@@ -66,7 +66,7 @@ impl PrimitiveTerms {
         let mut distances = Vec::new();
         kernel::euclidean_distances(&shape, &model.block, &mut distances);
         let (samples, weight) = sample_surface(&shape, model.spacing, detail);
-        let samples = samples
+        let samples: Vec<(SurfaceSample, f64)> = samples
             .into_iter()
             .map(|s| {
                 (
@@ -85,6 +85,8 @@ impl PrimitiveTerms {
             .known
             .as_ref()
             .map_or(0.0, |known| known.intrusion(&shape, |depth| pseudo_huber(depth, model.spacing)));
+        let area = weight * samples.len() as f64;
+        let intrusion = intrusion + if model.known.is_some() { taper_cost(&shape, area, model.spacing) } else { 0.0 };
         // Samples are tested a little outside of the surface.
         let radius = shape.reach().norm() + model.spacing;
         Self { shape, distances, samples, intrusion, radius }

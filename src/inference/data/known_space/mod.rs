@@ -14,7 +14,7 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::Superquadric;
 use crate::geometry::kernel::{self, PointBlock};
 use range_image::View;
-pub(crate) use viewpoint::find_viewpoint;
+pub(crate) use viewpoint::find_viewpoints;
 
 /// Mean spacings around each point that are not known to be free: the cloud is
 /// no finer.
@@ -67,7 +67,7 @@ pub(crate) enum Viewpoint {
 
 impl Viewpoint {
     /// The unit vector from a place towards the viewer.
-    fn direction_from(&self, place: &Point3<f64>) -> Vector3<f64> {
+    pub(crate) fn direction_from(&self, place: &Point3<f64>) -> Vector3<f64> {
         match self {
             Self::Place(eye) => (eye - place).try_normalize(0.0).unwrap_or_else(Vector3::z),
             Self::Direction(towards) => *towards,
@@ -79,6 +79,8 @@ impl Viewpoint {
 #[derive(Debug)]
 pub(crate) struct KnownSpace {
     views: Vec<View>,
+    /// Whether only one of the views is true, and it is open which.
+    is_guess: bool,
     /// Free places, evenly spread over the lines of sight.
     free: Vec<Point3<f64>>,
     /// Points of the cloud that each of them stands for.
@@ -87,14 +89,20 @@ pub(crate) struct KnownSpace {
 
 impl KnownSpace {
     /// The space that the points, of mean spacing `spacing`, show to these
-    /// viewpoints.
-    pub(crate) fn new(viewpoints: &[Viewpoint], points: &[Point3<f64>], spacing: f64) -> Self {
+    /// viewpoints, or, as a guess, to one of these, most likely the first.
+    pub(crate) fn new(
+        viewpoints: &[Viewpoint],
+        is_guess: bool,
+        points: &[Point3<f64>],
+        spacing: f64,
+    ) -> Self {
         let views: Vec<View> =
             viewpoints.iter().map(|v| View::new(v, points, spacing, CLEARANCE * spacing)).collect();
         let stride = points.len().div_ceil(RAYS).max(1);
         let mut free = Vec::new();
         let mut rays = 0;
-        for view in &views {
+        let (likely, others) = views.split_at(if is_guess { 1 } else { views.len() });
+        for view in likely {
             for (k, p) in points.iter().step_by(stride).enumerate() {
                 rays += 1;
                 free.extend((0..PLACES).filter_map(|place| {
@@ -104,13 +112,25 @@ impl KnownSpace {
                 }));
             }
         }
+        free.retain(|p| others.iter().all(|view| view.is_free(p)));
         let weight = points.len() as f64 / (rays * PLACES).max(1) as f64;
-        Self { views, free, weight }
+        Self { views, is_guess, free, weight }
     }
 
-    /// Whether a place was seen to be free.
+    /// The viewpoint, where there is one, or the likeliest.
+    pub(crate) fn viewpoint(&self) -> Option<Viewpoint> {
+        let is_one = self.is_guess || self.views.len() == 1;
+        self.views.first().filter(|_| is_one).map(|view| view.viewpoint)
+    }
+
+    /// Whether a place was seen to be free, whichever view is the true one.
     pub(crate) fn is_free(&self, place: &Point3<f64>) -> bool {
-        self.views.iter().any(|view| view.is_free(place))
+        let mut views = self.views.iter();
+        if self.is_guess {
+            views.all(|view| view.is_free(place))
+        } else {
+            views.any(|view| view.is_free(place))
+        }
     }
 
     /// What the free space inside of a body adds to the energy: `cost` of its

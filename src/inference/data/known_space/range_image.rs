@@ -17,7 +17,7 @@ const WIDEST: f64 = 4.0;
 /// All lines of sight from one viewpoint.
 #[derive(Debug)]
 pub(super) struct View {
-    viewpoint: Viewpoint,
+    pub(super) viewpoint: Viewpoint,
     images: Vec<RangeImage>,
     /// Range up to which a line of sight that meets no point is free.
     without_return: f64,

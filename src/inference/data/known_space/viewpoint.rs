@@ -9,9 +9,12 @@ use super::range_image::frame;
 use crate::inference::data::surface_distance::SurfaceDistance;
 
 /// Directions that are tried first, spread evenly.
-const DIRECTIONS: usize = 200;
-/// Points whose visibility is tested.
-const TESTED: usize = 600;
+const DIRECTIONS: usize = 120;
+/// The same where the shape may have been seen from one side.
+const MORE_DIRECTIONS: usize = 400;
+/// Points whose visibility is tested, at first and then.
+const TESTED: usize = 300;
+const THOROUGHLY: usize = 1000;
 /// A point is hidden by one within so many mean spacings of its line of sight,
 const ASIDE: f64 = 0.6;
 /// at least so many mean spacings in front of it,
@@ -22,10 +25,17 @@ const STEEP: f64 = 0.3;
 /// The share of points that must be visible from one side. Of a closed surface
 /// a direction shows about half.
 const ONE_SIDE: f64 = 0.95;
+/// Viewpoints that may be the true one, at most; their cosine with the middle one
+/// is above the first, and with each other below the second of these.
+const PLAUSIBLE: usize = 6;
+const ABOUT: f64 = 0.9;
+const DISTINCT: f64 = 0.99;
 /// Directions that show about as much as the best.
 const NEARLY: f64 = 0.01;
-/// Distances of a viewpoint that are tried, in half diagonals of the cloud.
-const DISTANCES: [f64; 5] = [1.3, 2.0, 3.0, 5.0, 10.0];
+/// A first look may be wrong by so much.
+const ROUGHLY: f64 = 0.1;
+/// Distances of a viewpoint that are tried, in radii of the cloud.
+const DISTANCES: [f64; 5] = [10.0, 5.0, 3.0, 2.0, 1.3];
 
 /// The cloud with what visibility is judged by.
 struct Cloud<'a> {
@@ -33,9 +43,9 @@ struct Cloud<'a> {
     spacing: f64,
 }
 
-/// The viewpoint that shows most of the points, and whether that is all of
-/// them, as good as.
-pub(crate) fn find_viewpoint(surface: &SurfaceDistance, spacing: f64) -> (Viewpoint, bool) {
+/// The viewpoint that shows most of the points, with others that show about as
+/// much, and whether that is all of them, as good as.
+pub(crate) fn find_viewpoints(surface: &SurfaceDistance, spacing: f64) -> (Vec<Viewpoint>, bool) {
     let cloud = Cloud { surface, spacing };
     let directions = spread_directions(DIRECTIONS);
     // A view and its opposite often show the same points: convex bodies are
@@ -50,24 +60,46 @@ pub(crate) fn find_viewpoint(surface: &SurfaceDistance, spacing: f64) -> (Viewpo
         .par_iter()
         .map(|d| {
             let viewpoint = Viewpoint::Direction(*d);
-            score(&viewpoint, cloud.visible_share(&viewpoint))
+            score(&viewpoint, cloud.visible_share(&viewpoint, TESTED))
         })
         .collect();
     let best = (0..directions.len()).max_by(|&a, &b| shares[a].total_cmp(&shares[b])).unwrap_or(0);
-    let near = directions
-        .iter()
-        .zip(&shares)
-        .filter(|(d, share)| **share >= shares[best] - NEARLY && d.dot(&directions[best]) > 0.5);
-    let middle = near.map(|(d, _)| d).sum::<Vector3<f64>>().normalize();
+    if shares[best] < ONE_SIDE - ROUGHLY {
+        return (vec![Viewpoint::Direction(directions[best])], false);
+    }
+    // The middle of all directions that show about as much: where exactly the
+    // viewer was, points can hardly tell.
+    let around: Vec<Vector3<f64>> =
+        spread_directions(MORE_DIRECTIONS).into_iter().filter(|d| d.dot(&directions[best]) > 0.3).collect();
+    let shares: Vec<f64> =
+        around.par_iter().map(|d| cloud.visible_share(&Viewpoint::Direction(*d), THOROUGHLY)).collect();
+    let most = shares.iter().copied().fold(0.0, f64::max);
+    let near: Vec<Vector3<f64>> =
+        around.iter().zip(&shares).filter(|(_, s)| **s >= most - NEARLY).map(|(d, _)| *d).collect();
+    let middle = near.iter().sum::<Vector3<f64>>().normalize();
     let (center, radius) = (cloud.center(), cloud.radius());
-    let mut candidates = vec![Viewpoint::Direction(middle), Viewpoint::Direction(directions[best])];
-    candidates.extend(DISTANCES.map(|d| Viewpoint::Place(center + middle * (d * radius))));
-    candidates.extend(DISTANCES.map(|d| Viewpoint::Place(center + directions[best] * (d * radius))));
-    let rated: Vec<f64> = candidates.par_iter().map(|v| cloud.visible_share(v)).collect();
+    let far = Viewpoint::Direction(middle);
+    let candidates: Vec<Viewpoint> = std::iter::once(far)
+        .chain(DISTANCES.map(|d| Viewpoint::Place(center + middle * (d * radius))))
+        .collect();
+    let rated: Vec<f64> = candidates.par_iter().map(|v| cloud.visible_share(v, THOROUGHLY)).collect();
     // The farthest of those that are about as good.
     let most = rated.iter().copied().fold(0.0, f64::max);
     let best = rated.iter().position(|r| *r >= most - 0.5 * NEARLY).unwrap_or(0);
-    (candidates[best], rated[best] >= ONE_SIDE)
+    let mut found = vec![candidates[best]];
+    // Each as far as can be from those before it.
+    let mut chosen = vec![middle];
+    for _ in 1..PLAUSIBLE {
+        let nearness = |d: &Vector3<f64>| chosen.iter().map(|c| c.dot(d)).fold(-1.0, f64::max);
+        let may_be = near.iter().filter(|d| d.dot(&middle) > ABOUT);
+        let Some(next) = may_be.min_by(|a, b| nearness(a).total_cmp(&nearness(b))).copied() else { break };
+        if nearness(&next) > DISTINCT {
+            break;
+        }
+        chosen.push(next);
+        found.push(Viewpoint::Direction(next));
+    }
+    (found, rated[best] >= ONE_SIDE)
 }
 
 /// Unit vectors spread evenly by the golden angle.
@@ -93,7 +125,7 @@ impl Cloud<'_> {
     }
 
     /// The share of the points that nothing hides from the viewpoint.
-    fn visible_share(&self, viewpoint: &Viewpoint) -> f64 {
+    fn visible_share(&self, viewpoint: &Viewpoint, most_tested: usize) -> f64 {
         let across = ASIDE * self.spacing;
         let forward = -viewpoint.direction_from(&self.center());
         let axes = frame(&forward);
@@ -150,7 +182,7 @@ impl Cloud<'_> {
             }
             false
         };
-        let stride = self.surface.points().len().div_ceil(TESTED).max(1);
+        let stride = self.surface.points().len().div_ceil(most_tested).max(1);
         let tested: Vec<usize> = (0..self.surface.points().len()).step_by(stride).collect();
         let hidden = tested.iter().filter(|&&i| is_hidden(i)).count();
         1.0 - hidden as f64 / tested.len().max(1) as f64
