@@ -13,7 +13,7 @@ use crate::io::{self, Opened, Outcome, Shape};
 pub(super) fn read(source: &Source) -> Result<Opened, String> {
     match source {
         Source::File(path) => io::open(path),
-        Source::BuiltIn => io::built_in().map(Opened::Shape),
+        Source::BuiltIn => io::built_in().map(|shape| Opened::Shape(Box::new(shape))),
     }
     .map_err(|error| chain(&error))
 }

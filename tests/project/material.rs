@@ -75,6 +75,7 @@ impl Material {
             content: None,
             geometry,
             attributes,
+            viewpoints: vec![Point3::new(0.0, -3.0, f64::from(u8::from(is_mesh)))],
             notes: vec!["left out 1 face without an area".to_owned()],
         };
         let sampling = SamplingOptions { points: 200, seed: generation, ..SamplingOptions::default() };

@@ -30,6 +30,7 @@ fn large() -> State {
         content: None,
         geometry: ShapeGeometry::Mesh(mesh),
         attributes,
+        viewpoints: Vec::new(),
         notes: vec!["3 faces without area were left out".to_owned()],
     });
     let cloud = SampleCloud {

@@ -27,7 +27,7 @@ impl<M: Steppable> Engine<M> {
                 return Err(Stop::Cancelled);
             }
             match source::read(source).map_err(|error| Stop::trouble(what.as_str(), error))? {
-                Opened::Shape(shape) => sampled::<M>(&what, Arc::new(shape), sampling, params, &cancel),
+                Opened::Shape(shape) => sampled::<M>(&what, Arc::from(shape), sampling, params, &cancel),
                 Opened::Result(result) => taken::<M>(&what, *result, sampling, params, &cancel),
                 Opened::Session(path) => {
                     Err(Stop::trouble(what.as_str(), ReadError::Session { path }.to_string()))
