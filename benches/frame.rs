@@ -37,6 +37,7 @@ fn loaded() -> LoadedShape {
         content: None,
         geometry: ShapeGeometry::Cloud(PointCloud { points }),
         attributes: Attributes::default(),
+        viewpoints: Vec::new(),
         notes: Vec::new(),
     };
     let sampling = SamplingOptions::default();

@@ -10,7 +10,7 @@ use super::headless::HeadlessJob;
 use super::names::folder_for_results;
 use super::request::Request;
 use super::settings::SettingsArgs;
-use crate::inference::SeenFrom;
+use crate::inference::{SeenFrom, Setting};
 use crate::io::Format;
 use crate::worker::Source;
 
@@ -41,7 +41,7 @@ pub(super) struct RunArgs {
     export: Vec<String>,
     /// A place that the shape was seen from, in its units: what is behind the seen surface is
     /// unknown, not empty. May be given several times
-    #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_negative_numbers = true)]
+    #[arg(long, value_name = "X,Y,Z", value_parser = place, allow_hyphen_values = true)]
     viewpoint: Vec<Point3<f64>>,
     #[command(flatten)]
     batch: BatchArgs,
@@ -66,6 +66,9 @@ impl RunArgs {
             let source = Source::File(inputs.remove(0));
             if !viewpoints.is_empty() && params.seen_from == SeenFrom::All {
                 return Err("--seen-from all does not use --viewpoint; remove one of them".to_owned());
+            }
+            if !viewpoints.is_empty() && !params.reads(Setting::SeenFrom) {
+                return Err(format!("--method {} does not use --viewpoint; remove it", settings.method));
             }
             let job = HeadlessJob { source, viewpoints, sampling, params, output, exports, quiet };
             return Ok(Request::Headless(job));

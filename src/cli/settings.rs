@@ -16,7 +16,7 @@ use crate::inference::{MergeRule, Method, PARAMETERS, Parameter, Params, SeenFro
 pub(super) struct SettingsArgs {
     /// Method of abstraction
     #[arg(long, visible_alias = "preset", value_name = "NAME", value_parser = methods(), default_value = "default")]
-    method: Method,
+    pub(super) method: Method,
     #[command(flatten)]
     pub(super) tuning: TuningArgs,
     /// Part of a mesh to sample

@@ -11,7 +11,7 @@ use super::shape::Shape;
 /// What a path leads to.
 #[derive(Debug)]
 pub enum Opened {
-    Shape(Shape),
+    Shape(Box<Shape>),
     /// Primitives, with the shape that they stand for.
     Result(Box<OpenedResult>),
     /// A session, which is still to be read: what it holds is not known here.
@@ -29,6 +29,6 @@ pub fn open(path: &Path) -> Result<Opened, ReadError> {
     } else if holds_primitives(path) {
         Ok(Opened::Result(Box::new(open_result(read_primitives(path)?, None)?)))
     } else {
-        read(path).map(Opened::Shape)
+        read(path).map(|shape| Opened::Shape(Box::new(shape)))
     }
 }

@@ -10,7 +10,7 @@ use crate::geometry::palette::Colors;
 use crate::geometry::tessellate::{Resolution, surface_vertices};
 use crate::geometry::{SampleCloud, SampledPart, SamplingOptions, TriMesh};
 use crate::inference::{
-    Abstraction, Algorithm, Cancel, Figures as StateFigures, Params, Phase, Primitive, Run,
+    Abstraction, Algorithm, Cancel, Figures as StateFigures, Params, Phase, Primitive, Run, Sighting,
 };
 use crate::io::{self, FoundAs, Opened, OpenedResult, ReadError, Shape, ShapeGeometry, StoredPrimitives};
 use crate::project::{self, OpenError};
@@ -76,7 +76,7 @@ impl Subject {
         let subject = match io::open(path)? {
             Opened::Session(path) => Self::of_session(&path)?,
             Opened::Result(result) => Self::of_result(*result),
-            Opened::Shape(shape) => Self::of_shape(shape),
+            Opened::Shape(shape) => Self::of_shape(*shape),
         };
         let has_primitives = subject.primitives().iter().any(|p| p.shape.is_valid());
         if subject.extent().is_empty() && !has_primitives {
@@ -299,5 +299,6 @@ fn state_of(stored: &StoredPrimitives, labels: Arc<[u32]>) -> Abstraction {
         pinned: [].into(),
         primitives: stored.primitives.clone().into(),
         figures: StateFigures::default(),
+        sighting: Sighting::default(),
     }
 }

@@ -271,7 +271,7 @@ pub fn nearest_distances(samples: &[Point3<f64>], state: &Abstraction, scene: &S
 mod tests {
     use super::*;
     use crate::geometry::Superquadric;
-    use crate::inference::{Figures, Phase, Primitive};
+    use crate::inference::{Figures, Phase, Primitive, Sighting};
     use crate::session::scene::UpAxis;
 
     fn state(centers: &[f64], labels: &[u32]) -> Abstraction {
@@ -290,6 +290,7 @@ mod tests {
             primitives: centers.iter().enumerate().map(primitive).collect::<Vec<_>>().into(),
             figures: Figures::default(),
             pinned: [].into(),
+            sighting: Sighting::default(),
         }
     }
 

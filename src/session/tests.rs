@@ -8,7 +8,7 @@ use super::workspace::Workspace;
 use super::*;
 use crate::geometry::{SampleCloud, Superquadric};
 use crate::inference::Checkpoint;
-use crate::inference::{Abstraction, Figures, MergeReason, MergeReport, Method, Occurrence};
+use crate::inference::{Abstraction, Figures, MergeReason, MergeReport, Method, Occurrence, Sighting};
 use crate::io::{Attributes, Format, PointCloud, Shape, ShapeGeometry};
 use crate::worker::{Cause, Event, Helper};
 
@@ -23,7 +23,15 @@ fn loaded() -> Arc<LoadedShape> {
     let cloud = Arc::new(SampleCloud::from_points(&points));
     let geometry = ShapeGeometry::Cloud(PointCloud { points });
     let (name, attributes) = ("nine".to_owned(), Attributes::default());
-    let shape = Arc::new(Shape { name, path: None, content: None, geometry, attributes, notes: Vec::new() });
+    let shape = Arc::new(Shape {
+        name,
+        path: None,
+        content: None,
+        geometry,
+        attributes,
+        viewpoints: Vec::new(),
+        notes: Vec::new(),
+    });
     Arc::new(LoadedShape { generation: 1, shape, cloud, sampling: SamplingOptions::default() })
 }
 
@@ -46,6 +54,7 @@ fn snapshot(ids: &[u32], phase: Phase, iteration: u32, occurrences: Vec<Occurren
         pinned: [].into(),
         primitives,
         figures: Figures { clusters: ids.len(), ..Figures::default() },
+        sighting: Sighting::default(),
     };
     let params = Params::default();
     let elapsed = Duration::ZERO;
@@ -273,9 +282,15 @@ fn work_goes_on_where_the_thread_that_computes_has_ended() {
     session.absorb(Event::Snapshot(Arc::clone(&state)));
     session.absorb(Event::Measuring(Arc::clone(&state)));
     let effects = session.absorb(Event::Ended { who: Helper::Sampler, error: "it panicked".into() });
-    assert!(
-        matches!(effects[..], [Effect::Send(Command::SetParams(p)), Effect::Send(Command::SetPace(_))] if p == session.params)
-    );
+    let [
+        Effect::Send(Command::SetParams(params)),
+        Effect::Send(Command::SetVantage(_)),
+        Effect::Send(Command::SetPace(_)),
+    ] = effects[..]
+    else {
+        panic!("{effects:?}")
+    };
+    assert_eq!(params, session.params);
     let error = session.messages.open_error().expect("the window says so");
     assert!(error.what.contains("internal error") && error.why == "it panicked", "{error:?}");
     assert!(error.advice.contains("All states and settings are kept"), "{error:?}");

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::protocol::{ExportRequest, SamplingOptions, Source, State};
+use super::protocol::{ExportRequest, SamplingOptions, Source, State, Vantage};
 use crate::geometry::SampleCloud;
 use crate::geometry::metrics::{MetricOptions, Reference};
 use crate::inference::Edit;
@@ -13,7 +13,7 @@ use crate::io::{self, Opened, Outcome, Shape};
 pub(super) fn read(source: &Source) -> Result<Opened, String> {
     match source {
         Source::File(path) => io::open(path),
-        Source::BuiltIn => io::built_in().map(Opened::Shape),
+        Source::BuiltIn => io::built_in().map(|shape| Opened::Shape(Box::new(shape))),
     }
     .map_err(|error| chain(&error))
 }
@@ -23,9 +23,14 @@ pub(super) fn read_primitives(path: &Path) -> Result<Edit, String> {
     io::read_primitives(path).map(|stored| stored.brought_in()).map_err(|error| chain(&error))
 }
 
-/// Samples the shape.
-pub(super) fn sample(shape: &Shape, sampling: SamplingOptions) -> Result<Arc<SampleCloud>, String> {
-    io::sample(shape, &sampling).map(Arc::new).map_err(|error| chain(&error))
+/// Samples the shape, as seen from there.
+pub(super) fn sample(
+    shape: &Shape,
+    sampling: SamplingOptions,
+    vantage: &Vantage,
+) -> Result<Arc<SampleCloud>, String> {
+    let cloud = io::sample(shape, &sampling).map_err(|error| chain(&error))?;
+    Ok(Arc::new(SampleCloud { viewpoints: vantage.viewpoints(shape).to_vec(), ..cloud }))
 }
 
 /// Prepares the shape for being measured against, as `evaluate` does.

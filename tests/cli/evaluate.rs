@@ -210,7 +210,15 @@ fn a_hollow_thing_is_also_measured_as_a_solid() {
     };
     let geometry = ShapeGeometry::Mesh(mesh);
     let (name, attributes) = ("bottle".to_owned(), Attributes::default());
-    let shape = Shape { name, path: None, content: None, geometry, attributes, notes: Vec::new() };
+    let shape = Shape {
+        name,
+        path: None,
+        content: None,
+        geometry,
+        attributes,
+        viewpoints: Vec::new(),
+        notes: Vec::new(),
+    };
     let found = evaluate(&[body], None, &io::reference(&shape, &MetricOptions::default()).unwrap());
     assert!(found.iou.is_none_or(|iou| iou < 0.25), "{found:?}");
     assert!(found.iou_outside.unwrap() > 0.95, "{found:?}");

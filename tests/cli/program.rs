@@ -259,6 +259,19 @@ fn a_command_line_that_makes_no_sense_is_refused() {
         (&["--preset", "best"], "paper"),
         (&["--method", "best"], "hierarchical-ems"),
         (&["run", "a.obj", "-o", "out", "--method", "kmeans", "--p0", "1"], "does not use --p0"),
+        (&["run", "a.obj", "-o", "out", "--seen-from", "above"], "auto, all, one-side"),
+        (
+            &["run", "a.obj", "-o", "out", "--method", "kmeans", "--seen-from", "all"],
+            "does not use --seen-from",
+        ),
+        (&["run", "a.obj", "-o", "out", "--viewpoint", "1,2"], "three numbers separated by commas"),
+        (&["run", "a.obj", "-o", "out", "--viewpoint", "1,2,inf"], "three numbers separated by commas"),
+        (
+            &["run", "a.obj", "-o", "out", "--viewpoint", "-1,2,0", "--seen-from", "all"],
+            "--seen-from all does not use --viewpoint",
+        ),
+        (&["run", "a.obj", "-o", "out", "--viewpoint", "1,2,3", "--method", "kmeans"], "not use --viewpoint"),
+        (&["run", "a.obj", "b.obj", "-o", "out", "--viewpoint", "1,2,3"], "--viewpoint belongs to one shape"),
         (&["--seed", "-1"], "'-1' for '--seed <S>': expected a non-negative whole number"),
         (&["--p0", "1e300"], "p0 is 1e300, but must be between 1e-6 and 10"),
         (&["runn", "a.obj"], "runn is neither a command nor an existing file"),
@@ -340,6 +353,32 @@ fn an_interrupted_run_leaves_nothing() {
     errors.read_to_string(&mut rest).unwrap();
     assert!(rest.contains("nothing was written"), "{rest}");
     assert!(!folder.path().join("out").exists());
+}
+
+#[test]
+fn the_report_tells_from_where_the_shape_was_seen() {
+    let folder = tempfile::tempdir().unwrap();
+    write_cloud(&folder.path().join("in.xyz"));
+    let run = |out: &str, more: &[&str]| {
+        let args = [&["run", "in.xyz", "-o", out], &QUICK[..], more].concat();
+        let output = superform(folder.path(), &args);
+        assert!(output.status.success(), "{}", stderr(&output));
+        let report = json(&folder.path().join(out).join("report.json"));
+        (String::from_utf8(output.stdout).unwrap(), report["seen_from"].clone())
+    };
+    let (summary, seen_from) = run("all", &["--seen-from", "all"]);
+    assert_eq!(seen_from, "all-sides");
+    assert!(!summary.contains("seen from"), "{summary}");
+
+    let (summary, seen_from) = run("given", &["--viewpoint", "-3,0.5,9", "--viewpoint", "0,0,-9"]);
+    assert_eq!(seen_from, serde_json::json!({ "given": { "viewpoints": 2 } }));
+    assert!(summary.contains("seen from 2 viewpoints"), "{summary}");
+
+    let (summary, seen_from) = run("side", &["--seen-from", "one-side"]);
+    assert!(summary.contains("seen from one side only"), "{summary}");
+    let (place, direction) = (&seen_from["found-place"], &seen_from["found-direction"]);
+    let found = [&place["viewpoint"], &direction["towards"]].into_iter().filter_map(|v| v.as_array());
+    assert_eq!(found.map(Vec::len).collect::<Vec<_>>(), [3], "{seen_from}");
 }
 
 #[test]

@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use superform::geometry::palette::Colors;
 use superform::geometry::{SampleCloud, SamplingOptions, Superquadric};
-use superform::inference::{Abstraction, Figures, Params, Phase, Primitive, UNASSIGNED};
+use superform::inference::{Abstraction, Figures, Params, Phase, Primitive, Sighting, UNASSIGNED};
 use superform::io::{self, Outcome, Shape};
 
 /// A finished run whose samples are dealt in turn.
@@ -45,6 +45,7 @@ impl Run {
             primitives,
             figures: Figures { clusters, unassigned, mean_distance: 0.01, log_joint: None },
             pinned: [].into(),
+            sighting: Sighting::default(),
             labels,
         };
         Self { shape, cloud, params: Params::default(), abstraction, colors: Colors::default() }

@@ -2,7 +2,9 @@
 //! and labels; and the attributes of meshes.
 
 use crate::formats::{cloud_of, f32s, f64s, las, npy, npz, pcd, pcd_packed, refusal};
-use superform::io::{Attributes, ShapeGeometry, read_bytes};
+use nalgebra::Point3;
+use superform::geometry::SamplingOptions;
+use superform::io::{self, Attributes, ShapeGeometry, read_bytes};
 
 const PLACES: [[f64; 3]; 4] = [[0.0, 0.5, -1.0], [1.0, 2.0, 3.0], [-4.0, 0.25, 8.0], [5.0, 6.0, 7.5]];
 
@@ -57,6 +59,27 @@ fn pcd_forms_agree() {
         String::from_utf8(pcd("x y z rgb", "4 4 4 4", "F F F F", 1, "ascii")).unwrap()
     );
     assert_eq!(cloud_of("a.pcd", whole).1.attributes.colors, Some(vec![[0x20, 0x20, 0x20]]));
+}
+
+#[test]
+fn pcd_says_where_the_sensor_was() {
+    let of = |viewpoint: &str| {
+        let file = String::from_utf8(pcd("x y z", "4 4 4", "F F F", 2, "ascii")).unwrap() + "1 2 3\n4 5 6\n";
+        let shape = cloud_of("a.pcd", file.replace("VIEWPOINT 0 0 0 1 0 0 0\n", viewpoint)).1;
+        let cloud = io::sample(&shape, &SamplingOptions::default()).unwrap();
+        assert_eq!(cloud.viewpoints, shape.viewpoints);
+        (shape.viewpoints, shape.notes)
+    };
+    let (places, notes) = of("VIEWPOINT 0.5 -2 1e1 0.7 0 0.7 0\n");
+    assert_eq!((places, notes), (vec![Point3::new(0.5, -2.0, 10.0)], vec![]));
+    // Without a word of it, and with the default that most programs write.
+    for unknown in ["", "VIEWPOINT 0 0 0 1 0 0 0\n"] {
+        assert_eq!(of(unknown), (vec![], vec![]), "{unknown}");
+    }
+    for bad in ["VIEWPOINT 1 2 three 1 0 0 0\n", "VIEWPOINT 1 2 3\n", "VIEWPOINT nan 2 3 1 0 0 0\n"] {
+        let (places, notes) = of(bad);
+        assert!(places.is_empty() && notes[0].contains("VIEWPOINT is not seven numbers"), "{bad}: {notes:?}");
+    }
 }
 
 #[test]

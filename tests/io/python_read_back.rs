@@ -15,7 +15,7 @@ use serde_json::{Value, json};
 use superform::geometry::palette::{Colors, UNASSIGNED_COLOR};
 use superform::geometry::segmentation::face_labels;
 use superform::geometry::{SampleCloud, SamplingOptions, Superquadric};
-use superform::inference::{Abstraction, Figures, Params, Phase, Primitive, UNASSIGNED};
+use superform::inference::{Abstraction, Figures, Params, Phase, Primitive, Sighting, UNASSIGNED};
 use superform::io::{self, Attributes, ExportOptions, Format, Outcome, PointCloud, Shape, ShapeGeometry};
 
 const PACKAGES: &str =
@@ -75,6 +75,7 @@ impl Case {
                 log_joint: None,
             },
             pinned: [].into(),
+            sighting: Sighting::default(),
             labels,
         };
         Self { shape, cloud, abstraction, entries }
@@ -190,6 +191,7 @@ fn cloud_case() -> Case {
         content: None,
         geometry: ShapeGeometry::Cloud(PointCloud { points }),
         attributes,
+        viewpoints: Vec::new(),
         notes: Vec::new(),
     };
     let entries = vec![

@@ -210,7 +210,7 @@ impl Sampler {
                 .filter(|(j, _)| !without.contains(j))
                 .map(|(_, c)| c.shape)
                 .collect();
-            let around = Surroundings::new(&model, &others);
+            let around = Surroundings::new(model, &others);
             let fits = std::iter::once(&start)
                 .chain(warm)
                 .filter_map(|start| around.fit(&gathered, start, FIT_STEPS, Detail::Full, cancel));

@@ -91,7 +91,7 @@ fn the_error_is_both_sides_of_the_chamfer_distance() {
     // A sphere whose points all lie 5 % farther out.
     let sphere = Superquadric::sphere(Point3::origin(), 1.0);
     let points: Vec<_> = samples(&sphere, 2000).into_iter().map(|p| p * 1.05).collect();
-    let model = Model::new(Normalization::of(&points).unwrap(), &points);
+    let model = Model::new(Normalization::of(&points).unwrap(), &points, &[]);
     let unit = 1.0 / model.normalization.length(1.0);
     let primitive = |radius: f64| {
         let center = model.normalization.normalize(&Point3::origin());
@@ -119,7 +119,7 @@ fn the_error_is_both_sides_of_the_chamfer_distance() {
 #[test]
 fn the_price_of_a_primitive_is_its_cost_times_the_default() {
     let points = samples(&block([0.0; 3], [1.0, 0.6, 0.4]), 300);
-    let model = Model::new(Normalization::of(&points).unwrap(), &points);
+    let model = Model::new(Normalization::of(&points).unwrap(), &points, &[]);
     let price =
         |count, primitive_cost| energy::price(&model, &Params { primitive_cost, ..Params::default() }, count);
     let one = price(1, 1.0);
@@ -143,7 +143,7 @@ fn heap() -> (Model, Vec<PrimitiveTerms>) {
     jitter(&mut points, 0.02, 5);
     // A lonely one.
     points.push(Point3::new(4.0, 4.0, 4.0));
-    let model = Model::new(Normalization::of(&points).unwrap(), &points);
+    let model = Model::new(Normalization::of(&points).unwrap(), &points, &[]);
     let unit = 1.0 / model.normalization.length(1.0);
     let primitive = |s: &Superquadric| {
         let center = model.normalization.normalize(&Point3::from(s.translation));

@@ -8,6 +8,7 @@ use super::{block, jitter, rng, samples};
 use crate::geometry::kernel::Distance;
 use crate::geometry::{Superquadric, tessellate};
 use crate::inference::control::Cancel;
+use crate::inference::data::limits::Limits;
 use crate::inference::fit::levenberg_marquardt::{Stop, minimize};
 use crate::inference::fit::points::{Effort, fit};
 
@@ -17,6 +18,12 @@ fn placed(shape: Superquadric, rng: &mut impl Rng) -> Superquadric {
     let turn = Vector3::from_fn(|_, _| rng.random_range(-2.0..2.0));
     let t = Vector3::from_fn(|_, _| rng.random_range(-3.0..3.0));
     Superquadric { rotation: Rotation3::new(turn), translation: t, ..shape }
+}
+
+/// The limits of points that were seen from all sides and are exact: only the
+/// semi-axes have a floor.
+fn down_to(smallest_axis: f64) -> Limits {
+    Limits { smallest_axis, reach: 1.0, finest: 0.0 }
 }
 
 struct Recovery {
@@ -32,7 +39,7 @@ fn recover(truth: &Superquadric, noise: f64, distance: Distance, seed: u64) -> R
     let mut points = samples(truth, POINTS);
     jitter(&mut points, noise * size, seed);
     let floor = 1e-3 * size;
-    let found = fit(&points, &[], floor, Effort::THOROUGH, distance, &Cancel::default()).unwrap();
+    let found = fit(&points, &[], down_to(floor), Effort::THOROUGH, distance, &Cancel::default()).unwrap();
     within_bounds(&found.shape, &points, floor);
     assert!(found.cost >= 0.0);
     // Another number of points: none of those that were fitted.
@@ -163,7 +170,8 @@ fn a_start_that_is_right_is_kept() {
         let points = samples(&truth, 200);
         for effort in [Effort::FOLLOW, Effort::ITERATION, Effort::THOROUGH] {
             let found =
-                fit(&points, &[truth], 1e-3, effort, Distance::FirstOrder, &Cancel::default()).unwrap();
+                fit(&points, &[truth], down_to(1e-3), effort, Distance::FirstOrder, &Cancel::default())
+                    .unwrap();
             let rms = (found.cost / points.len() as f64).sqrt();
             assert!(rms <= 2e-3, "{effort:?} left it: {rms} away");
         }
@@ -178,7 +186,7 @@ fn too_few_and_coinciding_points_give_a_valid_primitive_or_none() {
     for points in clouds {
         for distance in [Distance::FirstOrder, Distance::Radial] {
             for effort in [Effort::ITERATION, Effort::THOROUGH, Effort::ROUGH] {
-                if let Some(found) = fit(&points, &[], 0.01, effort, distance, &Cancel::default()) {
+                if let Some(found) = fit(&points, &[], down_to(0.01), effort, distance, &Cancel::default()) {
                     assert!(found.shape.is_valid(), "{:?}", found.shape);
                     if !points.is_empty() {
                         within_bounds(&found.shape, &points, 0.01);
@@ -196,8 +204,8 @@ fn a_cancelled_fit_gives_nothing() {
     let cancel = Cancel::default();
     cancel.request();
     let start = Superquadric::sphere(Point3::origin(), 0.5);
-    assert!(fit(&points, &[start], 1e-3, Effort::THOROUGH, Distance::FirstOrder, &cancel).is_none());
+    assert!(fit(&points, &[start], down_to(1e-3), Effort::THOROUGH, Distance::FirstOrder, &cancel).is_none());
     let points = points.into_iter().collect();
-    let m = minimize(&points, Distance::Radial, &start, 1e-3, 50, 1e-9, &cancel);
+    let m = minimize(&points, Distance::Radial, &start, down_to(1e-3), 50, 1e-9, &cancel);
     assert_eq!((m.shape, m.stop), (start, Stop::Cancelled));
 }

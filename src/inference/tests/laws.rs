@@ -23,14 +23,13 @@ use crate::inference::params::{Params, SMALLEST_CLUSTER};
 /// lengths are as given.
 fn model(points: Vec<Point3<f64>>, radius: f64) -> Arc<Model> {
     let tree = KdTree::new(&points);
-    Arc::new(Model {
-        normalization: Normalization::of(&points).unwrap(),
-        block: points.iter().copied().collect(),
-        spacing: 0.1,
-        graph: RadiusGraph::new(&tree, &points, radius, points.len()),
-        surface: SurfaceDistance::new(tree, &points, 0.1),
-        points,
-    })
+    let mut model = Model::new(Normalization::of(&points).unwrap(), &points, &[]);
+    model.block = Arc::new(points.iter().copied().collect());
+    model.spacing = 0.1;
+    model.graph = Arc::new(RadiusGraph::new(&tree, &points, radius, points.len()));
+    model.surface = Arc::new(SurfaceDistance::new(tree, &points, 0.1));
+    model.points = Arc::new(points);
+    Arc::new(model)
 }
 
 fn state(model: Arc<Model>, labels: Vec<u32>, clusters: &[(Superquadric, f64)]) -> State {

@@ -72,15 +72,15 @@ fn a_cancelled_merge_is_not_forgotten() {
 /// A run that starts from given labels: the fits of the first iteration give
 /// the primitives.
 fn from_labels(points: &[Point3<f64>], parts: &[u32]) -> (State, Params) {
-    let model = Arc::new(Model::new(Normalization::of(points).unwrap(), points));
+    let model = Arc::new(Model::new(Normalization::of(points).unwrap(), points, &[]));
     let count = parts.iter().max().unwrap() + 1;
     let clusters: Vec<Cluster> = (0..count)
         .map(|id| {
             let own: Vec<u32> = (0u32..).zip(parts).filter(|p| *p.1 == id).map(|p| p.0).collect();
             let own = model.gather(&own);
-            let floor = model.axis_floor();
+            let limits = model.limits();
             let found =
-                fit(&own, &[], floor, Effort::THOROUGH, Distance::FirstOrder, &Cancel::default()).unwrap();
+                fit(&own, &[], limits, Effort::THOROUGH, Distance::FirstOrder, &Cancel::default()).unwrap();
             Cluster { id, revision: u64::from(id), shape: found.shape, sigma: 0.1, locked: false }
         })
         .collect();

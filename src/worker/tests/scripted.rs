@@ -8,7 +8,7 @@ use nalgebra::{Point3, Vector3};
 use crate::geometry::{SampleCloud, Superquadric};
 use crate::inference::{
     Abstraction, Cancel, Checkpoint, Edit, Figures, InferenceError, MergeProposal, MergeReason, MergeReport,
-    Occurrence, Params, Phase, Primitive, UNASSIGNED,
+    Occurrence, Params, Phase, Primitive, Sighting, UNASSIGNED,
 };
 use crate::worker::machine::Steppable;
 
@@ -148,6 +148,7 @@ impl Steppable for Scripted {
             pinned: [].into(),
             primitives: primitives.into(),
             figures: Figures { clusters: self.merges as usize, ..Figures::default() },
+            sighting: Sighting::default(),
         }
     }
 }

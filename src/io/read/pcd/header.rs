@@ -129,15 +129,15 @@ impl Header {
         let (length, lines) = (at, line_number);
         let place: Option<Vec<f64>> = viewpoint.words.iter().map(|w| w.parse().ok()).collect();
         let viewpoint = match place.as_deref() {
-            None => {
+            Some([]) => None,
+            Some(&[x, y, z, ref turn @ ..]) if turn.len() == 4 && [x, y, z].iter().all(|c| c.is_finite()) => {
+                // Most programs write the origin without knowing.
+                Some([x, y, z]).filter(|place| *place != [0.0; 3])
+            }
+            _ => {
                 notes.push("the VIEWPOINT is not seven numbers and was ignored".to_owned());
                 None
             }
-            // Most programs write the origin without knowing.
-            Some([x, y, z, ..]) if [x, y, z].iter().any(|c| **c != 0.0) => {
-                Some([*x, *y, *z]).filter(|place| place.iter().all(|c| c.is_finite()))
-            }
-            Some(_) => None,
         };
         Ok(Self { columns, data, points, record, length, lines, fields_line: fields.line, viewpoint, notes })
     }
