@@ -32,6 +32,7 @@ pub use data::abstraction::{
 };
 pub use data::known_space::Sighting;
 pub use data::label_uncertainty::{align_labels, aligned, disagreement, label_entropy};
+pub use data::restaurant::expected_tables;
 pub use data::state::Cluster;
 pub use gibbs::sampler::Sampler;
 pub use method::Method;
@@ -39,9 +40,7 @@ pub use parameters::{PARAMETERS, Parameter, Setting};
 pub use params::{Algorithm, MergeRule, Params, SeenFrom};
 pub use runs::checkpoint::Checkpoint;
 pub use runs::edit::Edit;
-pub use runs::explain::{
-    Explanation, Held, NewTable, Odds, expected_tables, explain, new_table_distance, normalised_scale,
-};
+pub use runs::explain::{Explanation, Held, NewTable, Odds, explain, new_table_distance, normalised_scale};
 pub use runs::merge_proposal::{MergeProposal, TestNumber, TestQuantity};
 pub use runs::run::Run;
 

@@ -9,5 +9,6 @@ pub(crate) mod limits;
 pub(crate) mod model;
 pub(crate) mod normalization;
 pub(crate) mod random_streams;
+pub(crate) mod restaurant;
 pub(crate) mod state;
 pub(crate) mod surface_distance;

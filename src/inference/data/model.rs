@@ -129,8 +129,9 @@ impl Model {
                 Sighting::FoundPlace { viewpoint: self.normalization.place(&eye).into() }
             }
         };
-        let known = (!viewpoints.is_empty())
-            .then(|| Arc::new(KnownSpace::new(&viewpoints, self.viewpoints.is_empty(), &self.points, self.spacing)));
+        let known = (!viewpoints.is_empty()).then(|| {
+            Arc::new(KnownSpace::new(&viewpoints, self.viewpoints.is_empty(), &self.points, self.spacing))
+        });
         Arc::new(Self { seen_from, known, sighting, ..Self::clone(self) })
     }
 
@@ -139,7 +140,7 @@ impl Model {
     pub(crate) fn limits(&self) -> Limits {
         let (smallest_axis, finest) = (self.axis_floor(), FINEST * self.spacing);
         match &self.known {
-            None => Limits { smallest_axis, finest, reach: 1.0, viewpoint: None, pull: 0.0 },
+            None => Limits { smallest_axis, finest: 0.0, reach: 1.0, viewpoint: None, pull: 0.0 },
             Some(known) => Limits {
                 smallest_axis,
                 finest,

@@ -176,7 +176,8 @@ pub(crate) fn minimize(
     tolerance: f64,
     cancel: &Cancel,
 ) -> Minimum {
-    let mut target = Target { points, distance, weights: None, area: None, pull: limits.pull * points.len() as f64 };
+    let mut target =
+        Target { points, distance, weights: None, area: None, pull: limits.pull * points.len() as f64 };
     descend(&mut target, start, limits, iterations, tolerance, cancel)
 }
 

@@ -41,30 +41,7 @@ pub(crate) fn ellipsoid_of_moments(points: &[Point3<f64>], shrink: f64, floor: f
 
 /// The points' box in the frame of `moments`, with edges a little rounded: the
 /// start from which plates and boards are found.
-///
-/// Of a flat box the edges are those of the smallest rectangle around the
-/// points: the moments of a square or a disc have no direction.
 pub(crate) fn box_of_extents(points: &[Point3<f64>], moments: &Superquadric, floor: f64) -> Superquadric {
-    let first = extents(points, moments, floor);
-    if first.semi_axes.x >= FLAT * first.semi_axes.y.min(first.semi_axes.z) {
-        return first;
-    }
-    let turned = |k: usize| {
-        let angle = std::f64::consts::FRAC_PI_2 * k as f64 / TURNS as f64;
-        let rotation = moments.rotation * Rotation3::from_axis_angle(&Vector3::x_axis(), angle);
-        extents(points, &Superquadric { rotation, ..*moments }, floor)
-    };
-    let area = |shape: &Superquadric| shape.semi_axes.y * shape.semi_axes.z;
-    (1..TURNS).map(turned).fold(first, |best, other| if area(&other) < area(&best) { other } else { best })
-}
-
-/// A box is flat below this thickness, as a share of its width, and turned by so
-/// many steps within a right angle.
-const FLAT: f64 = 0.1;
-const TURNS: usize = 30;
-
-/// The points' box in the frame of `moments`.
-fn extents(points: &[Point3<f64>], moments: &Superquadric, floor: f64) -> Superquadric {
     let mut low = Vector3::repeat(f64::INFINITY);
     let mut high = Vector3::repeat(f64::NEG_INFINITY);
     for p in points {
@@ -84,6 +61,27 @@ fn extents(points: &[Point3<f64>], moments: &Superquadric, floor: f64) -> Superq
         taper: [0.0, 0.0],
     }
 }
+
+/// The same, but a flat box has the edges of the smallest rectangle around the
+/// points: the moments of a square or a disc have no direction.
+pub(crate) fn smallest_box(points: &[Point3<f64>], moments: &Superquadric, floor: f64) -> Superquadric {
+    let first = box_of_extents(points, moments, floor);
+    if first.semi_axes.x >= FLAT * first.semi_axes.y.min(first.semi_axes.z) {
+        return first;
+    }
+    let turned = |k: usize| {
+        let angle = std::f64::consts::FRAC_PI_2 * k as f64 / TURNS as f64;
+        let rotation = moments.rotation * Rotation3::from_axis_angle(&Vector3::x_axis(), angle);
+        box_of_extents(points, &Superquadric { rotation, ..*moments }, floor)
+    };
+    let area = |shape: &Superquadric| shape.semi_axes.y * shape.semi_axes.z;
+    (1..TURNS).map(turned).fold(first, |best, other| if area(&other) < area(&best) { other } else { best })
+}
+
+/// A box is flat below this thickness, as a share of its width, and turned by so
+/// many steps within a right angle.
+const FLAT: f64 = 0.1;
+const TURNS: usize = 30;
 
 /// The primitive with its axes renamed so that the old axis `new_z` becomes
 /// local z (cyclically: the frame stays right-handed). The exponents change

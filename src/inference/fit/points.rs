@@ -8,7 +8,7 @@ use crate::geometry::kernel::{self, Distance, PointBlock};
 use crate::inference::control::Cancel;
 use crate::inference::data::limits::Limits;
 use crate::inference::fit::levenberg_marquardt::{Minimum, Objective, Stop, Target, minimize};
-use crate::inference::fit::moments::{box_of_extents, ellipsoid_of_moments, with_axis_as_z};
+use crate::inference::fit::moments::{box_of_extents, ellipsoid_of_moments, smallest_box, with_axis_as_z};
 
 /// The moments start of the paper is four times smaller than the points.
 pub(crate) const START_SHRINK: f64 = 0.25;
@@ -79,7 +79,11 @@ pub(crate) fn fit(
     let mut starts = warm.to_vec();
     if effort.explore {
         let moments = ellipsoid_of_moments(points, START_SHRINK, limits.smallest_axis);
-        let plate = box_of_extents(points, &moments, limits.smallest_axis);
+        let plate = if limits.reach > 1.0 {
+            smallest_box(points, &moments, limits.smallest_axis)
+        } else {
+            box_of_extents(points, &moments, limits.smallest_axis)
+        };
         if plate.semi_axes.x < PLATE * plate.semi_axes.y {
             starts.push(plate);
         }
@@ -127,7 +131,8 @@ pub(crate) fn outlines(whole: &Superquadric) -> Vec<Superquadric> {
         let along = with_axis_as_z(&plate, axis);
         for sign in [-1.0, 1.0] {
             // Tapered across its width, not its thickness.
-            let taper = if along.semi_axes.x > along.semi_axes.y { [0.9 * sign, 0.0] } else { [0.0, 0.9 * sign] };
+            let taper =
+                if along.semi_axes.x > along.semi_axes.y { [0.9 * sign, 0.0] } else { [0.0, 0.9 * sign] };
             let mut semi_axes = along.semi_axes;
             semi_axes[if taper[0] != 0.0 { 0 } else { 1 }] /= 1.9;
             found.push(Superquadric { taper, semi_axes, ..along });

@@ -169,7 +169,14 @@ impl<'a> Surroundings<'a> {
             detail,
             sample_weight: 1.0,
         };
-        let found = descend(&mut objective, start, self.limits, steps, if self.known.is_some() { 0.1 * TOLERANCE } else { TOLERANCE }, cancel);
+        let found = descend(
+            &mut objective,
+            start,
+            self.limits,
+            steps,
+            if self.known.is_some() { 0.1 * TOLERANCE } else { TOLERANCE },
+            cancel,
+        );
         if cancel.is_requested() || !found.shape.is_valid() {
             return None;
         }

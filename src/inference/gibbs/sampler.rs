@@ -118,7 +118,7 @@ impl Sampler {
     /// (`clusters`), the seed and the viewpoints: those belong to the start of a run and stay.
     pub fn set_params(&mut self, params: Params) -> Result<(), InferenceError> {
         params.check().map_err(InferenceError::Params)?;
-        let judged_by = |p: &Params| (p.merge, p.fit_distance, p.primitive_cost);
+        let judged_by = |p: &Params| (p.merge, p.fit_distance, p.primitive_cost, p.alpha);
         if judged_by(&params) != judged_by(&self.params) {
             self.cache = UnionCache::default();
         }

@@ -10,7 +10,7 @@ use crate::inference::data::abstraction::UNASSIGNED;
 use crate::inference::data::limits::Limits;
 use crate::inference::data::model::Model;
 use crate::inference::data::state::State;
-use crate::inference::fit::moments::box_of_extents;
+use crate::inference::fit::moments::smallest_box;
 use crate::inference::fit::points::{Effort, fit, outlines};
 use crate::inference::fit::symmetric::{Detail, PSEUDO_HUBER_DELTA, Surroundings, pseudo_huber};
 use crate::inference::objective::energy;
@@ -24,6 +24,9 @@ const PROPOSAL_STEPS: usize = 8;
 /// A lonely point is an outlier beyond this many times the root mean square
 /// distance of its primitive's points (and [`OUTLIER_SPACINGS`]).
 const OUTLIER_SIGMAS: f64 = 4.0;
+
+/// Primitives that one may go on behind another with, at most.
+const ACROSS: usize = 3;
 
 /// A proposal is given up where its shapes, before their two-way fit, are worse
 /// than what they replace by more than so many prices of a primitive: a union
@@ -172,15 +175,24 @@ impl<'a> Configuration<'a> {
                 }
             }
         }
-        // What is seen of a body on either side of another is not connected.
         if self.model.known.is_some() {
-            let all = self.primitives();
-            for a in (0..all.len()).filter(|&a| !self.locked[a]) {
-                let near = (a + 1..all.len()).filter(|&b| !self.locked[b] && all[a].may_touch(&all[b]));
-                pairs.extend(near.map(|b| (a, b)));
-            }
+            pairs.extend(self.across());
         }
         pairs
+    }
+
+    /// Each primitive with those that are nearest to it for its size: what is seen of
+    /// a body on either side of another is not connected.
+    fn across(&self) -> BTreeSet<(usize, usize)> {
+        let free: Vec<usize> = (0..self.primitives().len()).filter(|&j| !self.locked[j]).collect();
+        let mut found = BTreeSet::new();
+        for &a in &free {
+            let apart = |b: usize| self.primitives()[a].apart(&self.primitives()[b]);
+            let mut others: Vec<usize> = free.iter().copied().filter(|&b| b != a && apart(b) < 1.0).collect();
+            others.sort_by(|&b, &c| apart(b).total_cmp(&apart(c)));
+            found.extend(others.into_iter().take(ACROSS).map(|b| (a.min(b), a.max(b))));
+        }
+        found
     }
 
     pub(crate) fn energy(&self) -> f64 {
@@ -326,7 +338,8 @@ impl<'a> Configuration<'a> {
 
     /// The shape in the place of some primitives by which the energy rises least.
     fn best_of(&self, list: &[usize], shapes: Vec<Superquadric>, before: f64) -> Option<RoughUnion> {
-        let unions = shapes.into_iter().map(|shape| RoughUnion { shape, rise: self.rise(list, &[shape], before) });
+        let unions =
+            shapes.into_iter().map(|shape| RoughUnion { shape, rise: self.rise(list, &[shape], before) });
         unions.min_by(|a, b| a.rise.total_cmp(&b.rise))
     }
 
@@ -338,7 +351,7 @@ impl<'a> Configuration<'a> {
         let mut shapes = self.fit_points(&few, &[shape], Effort::ROUGH);
         if self.model.known.is_some() {
             // Faces of one box, of which each is a plate so far; parts of one sheet.
-            let whole = box_of_extents(&self.model.gather(points), &shape, self.model.axis_floor());
+            let whole = smallest_box(&self.model.gather(points), &shape, self.model.axis_floor());
             shapes.extend(outlines(&whole));
             shapes.push(whole);
         }
@@ -427,14 +440,16 @@ impl<'a> Configuration<'a> {
 /// Each primitive with all its neighbours, and all that are connected: of a
 /// hollow body's two walls no two patches make a better one, all together do.
 pub(crate) fn groups(count: usize, pairs: &BTreeSet<(usize, usize)>) -> Vec<Vec<usize>> {
-    let mut near: Vec<BTreeSet<usize>> = (0..count).map(|j| BTreeSet::from([j])).collect();
-    for &(a, b) in pairs {
-        near[a].insert(b);
-        near[b].insert(a);
-    }
-    let mut found: BTreeSet<Vec<usize>> =
-        near.iter().map(|star| star.iter().copied().collect::<Vec<usize>>()).collect();
+    let stars = neighborhoods(count, pairs).into_iter().map(|star| star.into_iter().collect());
+    let found: BTreeSet<Vec<usize>> = stars.chain(components(count, pairs)).collect();
+    found.into_iter().filter(|list| list.len() > 2).collect()
+}
+
+/// All primitives that are connected, by pairs.
+pub(crate) fn components(count: usize, pairs: &BTreeSet<(usize, usize)>) -> Vec<Vec<usize>> {
+    let near = neighborhoods(count, pairs);
     let mut seen = vec![false; count];
+    let mut found = Vec::new();
     for first in 0..count {
         let mut component = Vec::new();
         let mut next = vec![first];
@@ -445,7 +460,17 @@ pub(crate) fn groups(count: usize, pairs: &BTreeSet<(usize, usize)>) -> Vec<Vec<
             }
         }
         component.sort_unstable();
-        found.insert(component);
+        found.push(component);
     }
-    found.into_iter().filter(|list| list.len() > 2).collect()
+    found
+}
+
+/// Each primitive with its neighbours.
+fn neighborhoods(count: usize, pairs: &BTreeSet<(usize, usize)>) -> Vec<BTreeSet<usize>> {
+    let mut near: Vec<BTreeSet<usize>> = (0..count).map(|j| BTreeSet::from([j])).collect();
+    for &(a, b) in pairs {
+        near[a].insert(b);
+        near[b].insert(a);
+    }
+    near
 }

@@ -15,7 +15,7 @@ use crate::inference::data::change::{Change, Draw, Identity, Noise, Successor};
 use crate::inference::data::random_streams::{Purpose, stream};
 use crate::inference::data::state::State;
 use crate::inference::fit::k_means::k_means;
-use crate::inference::moves::configuration::{Configuration, Proposal, Version, groups};
+use crate::inference::moves::configuration::{Configuration, Proposal, Version, components};
 use crate::inference::moves::refit::{Refits, polish, refit};
 use crate::inference::objective::energy;
 use crate::inference::objective::energy::PrimitiveTerms;
@@ -171,7 +171,7 @@ fn new_moves(
     }
     if configuration.model.known.is_some() {
         // Faces of a body of which no two or three make a better one.
-        let all = groups(configuration.primitives().len(), &pairs);
+        let all = components(configuration.primitives().len(), &pairs);
         moves.extend(all.into_iter().filter(|list| list.len() > 3).map(Move::Merge));
     }
     // Indices change from round to round, revisions don't: they tell what has

@@ -9,7 +9,10 @@
 
 use crate::geometry::{Superquadric, kernel};
 use crate::inference::data::model::Model;
-use crate::inference::fit::symmetric::{taper_cost, Detail, SurfaceSample, pseudo_huber, sample_surface, surface_cost};
+use crate::inference::data::restaurant::expected_tables;
+use crate::inference::fit::symmetric::{
+    Detail, SurfaceSample, pseudo_huber, sample_surface, surface_cost, taper_cost,
+};
 use crate::inference::params::Params;
 
 /// The mean error, in mean spacings, that a primitive has to save where
@@ -19,6 +22,11 @@ const PRICE: f64 = 0.0112;
 /// is a part: the spacing of so many is what the price is measured by.
 const MOST_POINTS: f64 = 5500.0;
 const USUAL_COUNT: f64 = 8.0;
+/// The concentration at which the price is stated, the paper's.
+const USUAL_ALPHA: f64 = 0.5;
+/// The price falls with this power of the number of expected tables, so that from
+/// α = 0.01 to 10 the number of primitives at least trebles.
+const TABLES: f64 = 1.25;
 /// The price of K primitives grows with this power of K.
 const GROWTH: f64 = 0.6;
 /// A lonely point, of fewer neighbours than a surface gives, counts as this
@@ -29,8 +37,16 @@ const LONELY: usize = 4;
 /// What `count` primitives add to the energy.
 pub(crate) fn price(model: &Model, params: &Params, count: usize) -> f64 {
     let crowding = (model.points.len() as f64 / MOST_POINTS).max(1.0).sqrt();
-    let one = PRICE * params.primitive_cost * scale(model) * crowding;
+    let one =
+        PRICE * params.primitive_cost * scale(model) * crowding / relative_tables(model, params).powf(TABLES);
     one * (count as f64).powf(GROWTH) / (GROWTH * USUAL_COUNT.powf(GROWTH - 1.0))
+}
+
+/// How many tables α lets the restaurant expect, against the usual α: the more,
+/// the less one costs.
+fn relative_tables(model: &Model, params: &Params) -> f64 {
+    let tables = |alpha| expected_tables(alpha, model.points.len());
+    tables(params.alpha) / tables(USUAL_ALPHA)
 }
 
 /// 2·N·s̄: the energy of an error of one mean spacing.
@@ -86,7 +102,8 @@ impl PrimitiveTerms {
             .as_ref()
             .map_or(0.0, |known| known.intrusion(&shape, |depth| pseudo_huber(depth, model.spacing)));
         let area = weight * samples.len() as f64;
-        let intrusion = intrusion + if model.known.is_some() { taper_cost(&shape, area, model.spacing) } else { 0.0 };
+        let intrusion =
+            intrusion + if model.known.is_some() { taper_cost(&shape, area, model.spacing) } else { 0.0 };
         // Samples are tested a little outside of the surface.
         let radius = shape.reach().norm() + model.spacing;
         Self { shape, distances, samples, intrusion, radius }
@@ -94,5 +111,11 @@ impl PrimitiveTerms {
 
     pub(crate) fn may_touch(&self, other: &PrimitiveTerms) -> bool {
         (self.shape.translation - other.shape.translation).norm() < self.radius + other.radius
+    }
+
+    /// The distance of the centres, as a share of that at which the spheres around
+    /// both would touch.
+    pub(crate) fn apart(&self, other: &PrimitiveTerms) -> f64 {
+        (self.shape.translation - other.shape.translation).norm() / (self.radius + other.radius)
     }
 }

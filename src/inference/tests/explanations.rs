@@ -9,13 +9,14 @@ use super::{gate, rng, short};
 use crate::geometry::SampleCloud;
 use crate::inference::control::Cancel;
 use crate::inference::data::abstraction::UNASSIGNED;
+use crate::inference::data::restaurant::expected_tables;
 use crate::inference::data::state::State;
 use crate::inference::gibbs::log_joint::log_joint;
 use crate::inference::gibbs::sweep::sweep;
 use crate::inference::params::{Algorithm, Params};
 use crate::inference::runs::checkpoint::Checkpoint;
 use crate::inference::runs::edit::Edit;
-use crate::inference::runs::explain::{expected_tables, explain, new_table_distance, normalised_scale};
+use crate::inference::runs::explain::{explain, new_table_distance, normalised_scale};
 use crate::inference::runs::run::Run;
 
 fn never() -> Cancel {

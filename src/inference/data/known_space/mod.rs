@@ -6,15 +6,17 @@
 //! or, for a viewpoint outside of the cloud, past it.
 
 mod range_image;
+mod search;
 mod viewpoint;
 
-use nalgebra::{Point3, Vector3};
+use nalgebra::Point3;
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::Superquadric;
 use crate::geometry::kernel::{self, PointBlock};
 use range_image::View;
-pub(crate) use viewpoint::find_viewpoints;
+pub(crate) use search::find_viewpoints;
+pub(crate) use viewpoint::Viewpoint;
 
 /// Mean spacings around each point that are not known to be free: the cloud is
 /// no finer.
@@ -53,24 +55,6 @@ impl Sighting {
             Self::FoundDirection { towards } => {
                 Some(format!("seen from one side only, in the direction ({})", three(towards)))
             }
-        }
-    }
-}
-
-/// A place to look from, in the frame of the cloud.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub(crate) enum Viewpoint {
-    Place(Point3<f64>),
-    /// Infinitely far: the unit vector towards the viewer.
-    Direction(Vector3<f64>),
-}
-
-impl Viewpoint {
-    /// The unit vector from a place towards the viewer.
-    pub(crate) fn direction_from(&self, place: &Point3<f64>) -> Vector3<f64> {
-        match self {
-            Self::Place(eye) => (eye - place).try_normalize(0.0).unwrap_or_else(Vector3::z),
-            Self::Direction(towards) => *towards,
         }
     }
 }

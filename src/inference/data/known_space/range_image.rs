@@ -2,7 +2,7 @@
 
 use nalgebra::{Matrix3, Point3, Vector3};
 
-use super::Viewpoint;
+use super::viewpoint::Viewpoint;
 
 /// Mean spacings that a pixel is wide where the cloud is.
 const PIXEL: f64 = 0.5;
