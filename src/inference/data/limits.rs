@@ -28,6 +28,11 @@ pub(crate) struct Limits {
 }
 
 impl Limits {
+    /// Those of a body that points surround.
+    pub(crate) fn surrounded(smallest_axis: f64) -> Self {
+        Self { smallest_axis, reach: 1.0, viewpoint: None, finest: 0.0, pull: 0.0 }
+    }
+
     /// The reach along each axis of a body.
     pub(crate) fn reaches(&self, shape: &Superquadric) -> Vector3<f64> {
         let along = self.viewpoint.map(|viewpoint| {

@@ -138,15 +138,15 @@ impl Model {
     /// What the fit of a primitive may not go beyond. A body of which one side
     /// is seen reaches beyond its points.
     pub(crate) fn limits(&self) -> Limits {
-        let (smallest_axis, finest) = (self.axis_floor(), FINEST * self.spacing);
+        let surrounded = Limits::surrounded(self.axis_floor());
         match &self.known {
-            None => Limits { smallest_axis, finest: 0.0, reach: 1.0, viewpoint: None, pull: 0.0 },
+            None => surrounded,
             Some(known) => Limits {
-                smallest_axis,
-                finest,
+                finest: FINEST * self.spacing,
                 reach: ONE_SIDED_REACH,
                 viewpoint: known.viewpoint(),
                 pull: (PULL * self.spacing).powi(2),
+                ..surrounded
             },
         }
     }

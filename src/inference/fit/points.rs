@@ -4,7 +4,7 @@
 use nalgebra::{Point3, Rotation3, Vector3};
 
 use crate::geometry::Superquadric;
-use crate::geometry::kernel::{self, Distance, PointBlock};
+use crate::geometry::kernel::{Distance, PointBlock};
 use crate::inference::control::Cancel;
 use crate::inference::data::limits::Limits;
 use crate::inference::fit::levenberg_marquardt::{Minimum, Objective, Stop, Target, minimize};

@@ -447,7 +447,7 @@ mod tests {
             translation: Vector3::new(0.0, 0.0, -0.3),
             ..truth
         };
-        let limits = Limits { smallest_axis: 0.0025, reach: 1.0, viewpoint: None, finest: 0.0, pull: 0.0 };
+        let limits = Limits::surrounded(0.0025);
         let around = Surroundings { surface: &surface, spacing: 0.05, limits, known: None, others: &[] };
         let (found, _) = around.fit(&mine, &start, 30, Detail::Full, &Cancel::default()).unwrap();
         let top = found.translation.z + found.half_extents().z;

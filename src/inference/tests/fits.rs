@@ -23,7 +23,7 @@ fn placed(shape: Superquadric, rng: &mut impl Rng) -> Superquadric {
 /// The limits of points that were seen from all sides and are exact: only the
 /// semi-axes have a floor.
 fn down_to(smallest_axis: f64) -> Limits {
-    Limits { smallest_axis, reach: 1.0, finest: 0.0 }
+    Limits::surrounded(smallest_axis)
 }
 
 struct Recovery {

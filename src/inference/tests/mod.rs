@@ -10,6 +10,7 @@ mod fits;
 mod laws;
 mod locks;
 mod merges;
+mod one_side;
 mod proposals;
 mod runs;
 mod scenes;

@@ -25,6 +25,9 @@ const STEEP: f64 = 0.3;
 /// The share of points that must be visible from one side. Of a closed surface
 /// a direction shows about half.
 const ONE_SIDE: f64 = 0.95;
+/// Seen this much askew, in tangents, this share must still be visible.
+const ASKEW: f64 = 0.35;
+const STEADY: f64 = 0.95;
 /// Viewpoints that may be the true one, at most; their cosine with the middle one
 /// is above the first, and with each other below the second of these.
 const PLAUSIBLE: usize = 6;
@@ -99,7 +102,20 @@ pub(crate) fn find_viewpoints(surface: &SurfaceDistance, spacing: f64) -> (Vec<V
         chosen.push(next);
         found.push(Viewpoint::Direction(next));
     }
-    (found, rated[best] >= ONE_SIDE)
+    // The sides of a post are seen edge-on by who looks along it, and half of them by
+    // who looks a little askew.
+    let axes = frame(&middle);
+    let askew = [0, 1].map(|row| axes.row(row).transpose() * ASKEW).into_iter().flat_map(|a| [a, -a]);
+    let shares = askew.map(|a| {
+        let direction = (middle + a).normalize();
+        let viewpoint = match candidates[best] {
+            Viewpoint::Direction(_) => Viewpoint::Direction(direction),
+            Viewpoint::Place(eye) => Viewpoint::Place(center + direction * (eye - center).norm()),
+        };
+        cloud.visible_share(&viewpoint, TESTED)
+    });
+    let is_steady = shares.sum::<f64>() / 4.0 >= STEADY;
+    (found, is_steady && rated[best] >= ONE_SIDE)
 }
 
 /// Unit vectors spread evenly by the golden angle.

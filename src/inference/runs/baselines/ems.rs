@@ -212,8 +212,7 @@ impl Problem {
         };
         // A body of which one side is seen reaches beyond its points, up to as
         // far again.
-        let limits =
-            Limits { smallest_axis: self.axis_floor, reach: 2.0, viewpoint: None, finest: 0.0, pull: 0.0 };
+        let limits = Limits { reach: 2.0, ..Limits::surrounded(self.axis_floor) };
         let found = descend(&mut target, &from.shape, limits, LM_STEPS, STALLED, cancel);
         let sum = kernel::weighted_cost(&found.shape, block, &weights, self.distance);
         // ∂/∂σ of the expected log-likelihood is 0 where
