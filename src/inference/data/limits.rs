@@ -19,8 +19,7 @@ pub(crate) struct Limits {
     /// where that is known.
     pub(crate) reach: f64,
     pub(crate) viewpoint: Option<Viewpoint>,
-    /// Semi-axes below this are thinner than the points can tell: they have no
-    /// taper.
+    /// Semi-axes below this are shorter than the points can tell.
     pub(crate) finest: f64,
     /// Price of the logarithm of the area for each point, a squared length: of
     /// the bodies that explain points on one side the smallest is the likeliest.
@@ -42,11 +41,20 @@ impl Limits {
         along.unwrap_or(Vector3::repeat(1.0)).map(|share| 1.0 + (self.reach - 1.0) * share)
     }
 
-    /// The tapers without those that nothing can tell: along an axis that is too
-    /// short, or of one.
-    pub(crate) fn told_taper(&self, semi_axes: &Vector3<f64>, taper: [f64; 2]) -> [f64; 2] {
-        let is_told = |a: f64| a >= self.finest && semi_axes.z >= self.finest;
-        [(semi_axes.x, taper[0]), (semi_axes.y, taper[1])].map(|(a, k)| if is_told(a) { k } else { 0.0 })
+    /// A body without what points can't tell of it where it is thinner than
+    /// [`Limits::finest`]: across that axis it is flat, and has no taper along it
+    /// nor of it. (A first-order distance would take a thin body with a sharp rim to
+    /// be near everything in its plane.)
+    pub(crate) fn told(&self, shape: Superquadric) -> Superquadric {
+        let [x, y, z] = [0, 1, 2].map(|axis| shape.semi_axes[axis] < self.finest);
+        let [e1, e2] = shape.exponents;
+        let [kx, ky] = shape.taper;
+        let flat = Bounds::FITS.exponents.0;
+        Superquadric {
+            exponents: [if z { flat } else { e1 }, if x || y { flat } else { e2 }],
+            taper: [if x || z { 0.0 } else { kx }, if y || z { 0.0 } else { ky }],
+            ..shape
+        }
     }
 }
 

@@ -190,7 +190,7 @@ pub(crate) fn descend(
     tolerance: f64,
     cancel: &Cancel,
 ) -> Minimum {
-    let mut shape = Superquadric { taper: limits.told_taper(&start.semi_axes, start.taper), ..*start };
+    let mut shape = limits.told(*start);
     let mut cost_now = f64::INFINITY;
     let mut damping = 1e-2;
     let mut stop = Stop::Iterations;
@@ -239,8 +239,7 @@ pub(crate) fn descend(
                 continue;
             };
             let next = (now + factor.solve(&g)).sup(&lo).inf(&hi);
-            let mut candidate = shape.retracted(&next);
-            candidate.taper = limits.told_taper(&candidate.semi_axes, candidate.taper);
+            let candidate = limits.told(shape.retracted(&next));
             let cost_next = objective.cost(&candidate);
             if cost_next < cost_now {
                 let gain = (cost_now - cost_next) / objective.scale(cost_now);

@@ -116,9 +116,22 @@ pub(crate) fn fit(
     (usable && !cancel.is_requested()).then_some(best)
 }
 
+/// Bodies with the extents of some points that the points alone can't tell from
+/// others: the box in the frame of `like`, which may be one of its faces; for
+/// points of a sheet the smallest plate around them, in several outlines.
+pub(crate) fn boxes_and_plates(points: &[Point3<f64>], like: &Superquadric, floor: f64) -> Vec<Superquadric> {
+    let plate = smallest_box(points, &ellipsoid_of_moments(points, 1.0, floor), floor);
+    let mut found = outlines(&plate);
+    if !found.is_empty() {
+        found.push(plate);
+    }
+    found.push(box_of_extents(points, like, floor));
+    found
+}
+
 /// A plate with other outlines of the same extents: an ellipse, and triangles.
 /// None where the box is no plate.
-pub(crate) fn outlines(whole: &Superquadric) -> Vec<Superquadric> {
+fn outlines(whole: &Superquadric) -> Vec<Superquadric> {
     let thin = whole.semi_axes.imin();
     // The thin axis becomes x.
     let plate = with_axis_as_z(whole, (thin + 2) % 3);

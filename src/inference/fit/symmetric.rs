@@ -28,7 +28,7 @@ const AREA_PER_POINT: f64 = 0.9;
 const HIDDEN: f64 = 0.1;
 /// What a point's worth of surface in unknown space adds, in mean spacings: so
 /// little that of the bodies that explain the points the smallest wins.
-const UNKNOWN: f64 = 0.003;
+const UNKNOWN: f64 = 0.01;
 /// What the square of a taper costs each point, in mean spacings, where one side
 /// is seen: little, so that points decide where they can.
 const TAPER: f64 = 0.05;

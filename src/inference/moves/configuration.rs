@@ -10,8 +10,7 @@ use crate::inference::data::abstraction::UNASSIGNED;
 use crate::inference::data::limits::Limits;
 use crate::inference::data::model::Model;
 use crate::inference::data::state::State;
-use crate::inference::fit::moments::smallest_box;
-use crate::inference::fit::points::{Effort, fit, outlines};
+use crate::inference::fit::points::{Effort, boxes_and_plates, fit};
 use crate::inference::fit::symmetric::{Detail, PSEUDO_HUBER_DELTA, Surroundings, pseudo_huber};
 use crate::inference::objective::energy;
 use crate::inference::objective::energy::{OUTLIER_SPACINGS, PrimitiveTerms, is_lonely};
@@ -350,10 +349,7 @@ impl<'a> Configuration<'a> {
         let shape = self.primitives()[largest].shape;
         let mut shapes = self.fit_points(&few, &[shape], Effort::ROUGH);
         if self.model.known.is_some() {
-            // Faces of one box, of which each is a plate so far; parts of one sheet.
-            let whole = smallest_box(&self.model.gather(points), &shape, self.model.axis_floor());
-            shapes.extend(outlines(&whole));
-            shapes.push(whole);
+            shapes.extend(boxes_and_plates(&self.model.gather(points), &shape, self.model.axis_floor()));
         }
         shapes
     }

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use crate::geometry::Superquadric;
 use crate::inference::data::state::State;
-use crate::inference::fit::points::Effort;
+use crate::inference::fit::points::{Effort, boxes_and_plates};
 use crate::inference::fit::symmetric::Detail;
 use crate::inference::moves::configuration::{Configuration, Version};
 use crate::inference::objective::energy::PrimitiveTerms;
@@ -160,6 +160,11 @@ fn fitted_again(configuration: &Configuration<'_>, j: usize, way: Way) -> Option
     let mut starts = vec![configuration.primitives()[j].shape];
     if way.explore && points.len() > SMALLEST_CLUSTER {
         starts.extend(configuration.fit_points(points, &[], Effort::THOROUGH));
+        if configuration.model.known.is_some() {
+            let gathered = configuration.model.gather(points);
+            let floor = configuration.model.axis_floor();
+            starts.extend(boxes_and_plates(&gathered, &configuration.primitives()[j].shape, floor));
+        }
     }
     let shape =
         configuration.fit_symmetric(points, &starts, &configuration.others(&[j]), way.steps, way.detail)?;
