@@ -257,7 +257,8 @@ fn edits_are_made_in_the_middle_of_a_run() {
     driver.press(&row(id));
     driver.key(Modifiers::NONE, Key::K);
     driver.until(|s| s.primitives().iter().any(|p| p.id == id && p.locked));
-    assert_eq!(driver.session().activity, Activity::Running, "it goes on");
+    // It goes on, after a moment.
+    driver.until(|s| s.activity == Activity::Running);
     let locked = primitive(&driver, id).unwrap();
     let iteration = driver.iteration();
     driver.until(|s| s.snapshot.as_ref().is_some_and(|s| s.abstraction.iteration >= iteration + 2));

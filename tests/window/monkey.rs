@@ -242,6 +242,11 @@ fn nothing_that_is_done_at_random_breaks_the_window() {
     monkey.driver.key(Modifiers::COMMAND, Key::O);
     monkey.driver.type_path("square.xyz");
     monkey.driver.press("Open");
+    monkey.driver.settle();
+    // The walk may have switched Live off: then a shape waits for Run.
+    if !monkey.driver.session().live.is_on {
+        monkey.driver.press("Run");
+    }
     monkey.driver.until(|s| s.phase() == Some(Phase::Finished) && s.activity == Activity::Idle);
     assert_eq!(monkey.driver.session().phase(), Some(Phase::Finished));
 }
