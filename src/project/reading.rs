@@ -182,14 +182,13 @@ impl<'a> Library<'a> {
         if !is_ascending(&selected_points, samples) {
             return Err(wrong("selects a sample that does not exist"));
         }
-        if entry.params.check().is_err() || entry.sampling.check().is_err() || !entry.vantage.is_sound() {
+        if entry.params.check().is_err() || entry.sampling.check().is_err() {
             return Err(wrong("has a parameter out of range"));
         }
         let document = Document {
             loaded,
             params: entry.params,
             sampling: entry.sampling,
-            vantage: entry.vantage,
             timeline: Timeline::from_parts(branches, entry.current, entry.shown, entry.count)
                 .ok_or_else(|| wrong("has a timeline without a shown state"))?,
             selection: entry.selection.into_owned(),

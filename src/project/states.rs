@@ -17,7 +17,7 @@ use crate::session::camera::Camera;
 use crate::session::saving::Summary;
 use crate::session::timeline::Origin;
 use crate::session::view::View;
-use crate::worker::{Cause, Pace, Snapshot, Vantage};
+use crate::worker::{Cause, Pace, Snapshot};
 
 /// Longer than any run: some 1000 years. What is added to it doesn't overflow.
 const LONGEST: Duration = Duration::from_secs(1 << 35);
@@ -162,8 +162,6 @@ pub(super) struct DocumentEntry<'a> {
     pub(super) loaded: Option<u32>,
     pub(super) params: Params,
     pub(super) sampling: SamplingOptions,
-    #[serde(default)]
-    pub(super) vantage: Vantage,
     pub(super) branches: Vec<u32>,
     /// Index of the branch that is shown, and of its state.
     pub(super) current: usize,

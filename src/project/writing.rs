@@ -81,8 +81,7 @@ impl Writing<'_> {
     }
 
     fn document(&mut self, document: &Document) -> io::Result<u32> {
-        let Document { loaded, params, sampling, vantage, timeline, selection, selected_points, hidden } =
-            document;
+        let Document { loaded, params, sampling, timeline, selection, selected_points, hidden } = document;
         let loaded = loaded.as_ref().map(|loaded| self.loaded(loaded)).transpose()?;
         let branches = timeline.branches().iter().map(|b| self.branch(b)).collect::<io::Result<Vec<_>>>()?;
         let refers = loaded.into_iter().chain(branches.iter().copied()).collect();
@@ -90,7 +89,6 @@ impl Writing<'_> {
             loaded,
             params: *params,
             sampling: *sampling,
-            vantage: *vantage,
             branches,
             current: timeline.current_index(),
             shown: timeline.shown_index(),

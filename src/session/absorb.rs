@@ -10,7 +10,7 @@ use super::verb::Verb;
 use super::{Effect, Session, merge_wording};
 use crate::geometry::SampledPart;
 use crate::inference::Phase;
-use crate::worker::{Activity, Cause, Command, Event, Helper, LoadedShape, Measurement, Snapshot, Vantage};
+use crate::worker::{Activity, Cause, Command, Event, Helper, LoadedShape, Measurement, Snapshot};
 
 /// Measurements that are kept.
 const MEASURED: usize = 512;
@@ -19,7 +19,7 @@ impl Session {
     /// Handles an event from the worker.
     pub fn absorb(&mut self, event: Event) -> Vec<Effect> {
         match event {
-            Event::Loaded(shape) => return self.absorb_shape(shape),
+            Event::Loaded(shape) => self.absorb_shape(shape),
             Event::Snapshot(snapshot) => self.absorb_snapshot(snapshot),
             Event::Activity(activity) => {
                 self.activity = activity;
@@ -124,9 +124,7 @@ impl Session {
         self.is_judging = false;
         self.live.forget();
         self.settle_draft();
-        [Command::SetParams(self.params), Command::SetVantage(self.vantage), Command::SetPace(self.pace)]
-            .map(Effect::Send)
-            .into()
+        vec![Effect::Send(Command::SetParams(self.params)), Effect::Send(Command::SetPace(self.pace))]
     }
 
     /// Stores a measurement, if its state is still relevant.
@@ -141,7 +139,7 @@ impl Session {
         }
     }
 
-    fn absorb_shape(&mut self, shape: Arc<LoadedShape>) -> Vec<Effect> {
+    fn absorb_shape(&mut self, shape: Arc<LoadedShape>) {
         let is_same = self.loaded.as_ref().is_some_and(|old| Arc::ptr_eq(&old.shape, &shape.shape));
         let name = &shape.shape.name;
         for note in &shape.shape.notes {
@@ -185,12 +183,6 @@ impl Session {
         }
         // What comes of it begins when the worker is done with loading.
         self.has_arrived = true;
-        if is_same || self.vantage == Vantage::AsRead {
-            return Vec::new();
-        }
-        // What was said of the last shape is not true of this one.
-        self.vantage = Vantage::AsRead;
-        vec![Effect::Send(Command::SetVantage(self.vantage))]
     }
 
     fn absorb_snapshot(&mut self, snapshot: Arc<Snapshot>) {

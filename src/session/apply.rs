@@ -3,8 +3,6 @@
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-use nalgebra::Point3;
-
 use super::action::{Action, Level, PictureKind};
 use super::camera::{AxisView, Bounds, Camera};
 use super::gizmo::Mode;
@@ -18,10 +16,7 @@ use super::window::Panel;
 use super::{Effect, Session};
 use crate::inference::Params;
 use crate::io::Format;
-use crate::worker::{Activity, Command, Setup, Source, Vantage};
-
-/// Radii of the scene from which lines of sight are as good as parallel.
-const FAR: f64 = 50.0;
+use crate::worker::{Activity, Command, Source};
 
 impl Session {
     /// Applies an action and records how to undo it.
@@ -105,12 +100,12 @@ impl Session {
             Action::SavePicture(kind, path) => {
                 return self.write(path, |path| Effect::SavePicture(kind, path));
             }
-            Action::SetParams(params) => return self.take_setup(Setup { params, ..self.setup() }),
+            Action::SetParams(params) => return self.take_setup(params, self.sampling),
             Action::SetMethod(method) => {
                 let params = Params { seed: self.params.seed, ..method.params() };
-                return self.take_setup(Setup { params, ..self.setup() });
+                return self.take_setup(params, self.sampling);
             }
-            Action::SetSampling(sampling) => return self.take_setup(Setup { sampling, ..self.setup() }),
+            Action::SetSampling(sampling) => return self.take_setup(self.params, sampling),
             Action::HandRests => return self.hand_rests(),
             Action::RunAsSet => return self.run_as_set(),
             Action::SetPace(pace) => {
@@ -255,8 +250,6 @@ impl Session {
                 }
             }
             Verb::Resample => return self.synced(Command::Resample(self.sampling)),
-            Verb::SeenFromHere => return self.see_from(Vantage::Place(self.scene.in_input(&self.viewer()))),
-            Verb::ForgetViewpoint => return self.see_from(Vantage::Unknown),
             Verb::ToggleLive => return self.set_live(!self.live.is_on),
             Verb::FrameSelection => {
                 if let Some(bounds) = self.selection_bounds() {
@@ -345,16 +338,6 @@ impl Session {
     fn explain(&mut self, sample: Option<u32>) {
         let count = self.loaded.as_ref().map_or(0, |l| l.cloud.points.len());
         self.explained = sample.filter(|&i| (i as usize) < count);
-    }
-
-    /// Where the eye is, in scene units; far away if the projection is parallel.
-    fn viewer(&self) -> Point3<f64> {
-        if self.camera.orthographic {
-            let radius = 0.5 * self.scene.bounds.size().norm();
-            self.scene.bounds.center() - self.camera.forward() * (FAR * radius)
-        } else {
-            self.camera.eye()
-        }
     }
 
     /// Moves the camera immediately.

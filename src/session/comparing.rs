@@ -16,7 +16,7 @@ impl Session {
         let index = comparison.index.unwrap_or(last).min(last);
         let snapshot = branch.states.get(index)?;
         let shown = self.timeline.current()?;
-        let same_samples = branch.loaded.has_samples_of(&shown.loaded);
+        let same_samples = Arc::ptr_eq(&branch.loaded.cloud, &shown.loaded.cloud);
         Some(Compared { branch, index, snapshot, same_samples })
     }
 

@@ -7,7 +7,7 @@ use std::sync::Arc;
 use super::timeline::Timeline;
 use crate::geometry::brief::Brief;
 use crate::inference::Params;
-use crate::worker::{LoadedShape, SamplingOptions, Vantage};
+use crate::worker::{LoadedShape, SamplingOptions};
 
 /// The part of a session that is the user's work. Cheap to clone: shapes and states are shared.
 #[derive(Clone)]
@@ -15,7 +15,6 @@ pub struct Document {
     pub loaded: Option<Arc<LoadedShape>>,
     pub params: Params,
     pub sampling: SamplingOptions,
-    pub vantage: Vantage,
     pub timeline: Timeline,
     /// Ids of the selected primitives.
     pub selection: BTreeSet<u32>,
@@ -47,7 +46,6 @@ impl PartialEq for Document {
         same_shape
             && self.params == other.params
             && self.sampling == other.sampling
-            && self.vantage == other.vantage
             && self.timeline == other.timeline
             && self.selection == other.selection
             && self.selected_points == other.selected_points

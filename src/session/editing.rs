@@ -110,7 +110,7 @@ impl Session {
             self.snapshot = None;
             return Vec::new();
         };
-        let same_samples = self.loaded.as_ref().is_some_and(|l| l.has_samples_of(&state.loaded));
+        let same_samples = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(&l.cloud, &state.loaded.cloud));
         if !same_samples {
             self.explained = None;
             self.selected_points = Arc::default();
@@ -143,8 +143,6 @@ impl Session {
                 | Verb::MergeAll
                 | Verb::Reset
                 | Verb::Resample
-                | Verb::SeenFromHere
-                | Verb::ForgetViewpoint
                 | Verb::Continue
                 | Verb::ContinueHere
                 | Verb::Deselect
@@ -201,16 +199,13 @@ impl Session {
 
     /// Makes a document the current one and stops the worker.
     pub fn take_document(&mut self, document: Document) -> Vec<Effect> {
-        let Document { loaded, params, sampling, vantage, timeline, selection, selected_points, hidden } =
-            document;
+        let Document { loaded, params, sampling, timeline, selection, selected_points, hidden } = document;
         let shape_of = |l: &Option<Arc<_>>| l.as_ref().map(|l| Arc::as_ptr(shape(l)));
         let is_same_shape = shape_of(&self.loaded) == shape_of(&loaded);
         let set_params = (self.params != params).then_some(Effect::Send(Command::SetParams(params)));
-        let set_vantage = (self.vantage != vantage).then_some(Effect::Send(Command::SetVantage(vantage)));
         self.loaded = loaded;
         self.params = params;
         self.sampling = sampling;
-        self.vantage = vantage;
         self.timeline = timeline;
         self.run_when_loaded = false;
         if !is_same_shape {
@@ -236,7 +231,6 @@ impl Session {
         self.activity = Activity::Idle;
         effects.extend(self.show_timeline());
         effects.extend(set_params);
-        effects.extend(set_vantage);
         self.selection = selection;
         self.selected_points = selected_points;
         self.hidden = hidden;

@@ -5,7 +5,7 @@ use super::apply::mode_of;
 use super::verb::Verb;
 use super::view::{Picks, ThemeChoice, Tool};
 use super::window::Panel;
-use crate::inference::{Algorithm, Phase, Setting};
+use crate::inference::{Algorithm, Phase};
 use crate::worker::Activity;
 
 impl Session {
@@ -48,13 +48,6 @@ impl Session {
                 self.activity != Activity::Loading
                     && !self.live.is_renewing()
                     && self.loaded.as_ref().is_some_and(|l| l.sampling != self.sampling)
-            }
-            Verb::SeenFromHere => {
-                loaded && self.activity != Activity::Loading && self.params.reads(Setting::SeenFrom)
-            }
-            Verb::ForgetViewpoint => {
-                self.activity != Activity::Loading
-                    && self.loaded.as_ref().is_some_and(|l| !self.vantage.viewpoints(&l.shape).is_empty())
             }
             Verb::HideSelected => !self.selection.is_empty(),
             Verb::FrameSelection => !self.selection.is_empty() || !self.selected_points.is_empty(),

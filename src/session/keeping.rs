@@ -45,7 +45,7 @@ impl Session {
         let mark = |branch: &Branch| (branch.id, branch.states.len(), branch.states.last().map(|s| s.key));
         let (now, then) = (self.timeline.branches(), saved.timeline.branches());
         place(&self.loaded) == place(&saved.loaded)
-            && (self.params, self.sampling, self.vantage) == (saved.params, saved.sampling, saved.vantage)
+            && (self.params, self.sampling) == (saved.params, saved.sampling)
             && self.hidden == saved.hidden
             && now.len() == then.len()
             && now.iter().zip(then).all(|(a, b)| mark(a) == mark(b) && a.name == b.name)
@@ -64,7 +64,6 @@ impl Session {
         let place = |loaded: &Option<_>| loaded.as_ref().map(Arc::as_ptr);
         place(&self.loaded) == place(&document.loaded)
             && (self.params, self.sampling) == (document.params, document.sampling)
-            && self.vantage == document.vantage
             && self.timeline == document.timeline
             && self.selection == document.selection
             && self.selected_points == document.selected_points

@@ -23,7 +23,7 @@ use crate::geometry::palette::color_of;
 use crate::inference::{MergeProposal, Params, Phase, Primitive, Setting, normalised_scale};
 use crate::io::Shape;
 use crate::worker::{
-    Activity, Command, LoadedShape, Measurement, Pace, SamplingOptions, Snapshot, Source, State, Vantage,
+    Activity, Command, LoadedShape, Measurement, Pace, SamplingOptions, Snapshot, Source, State,
 };
 
 mod absorb;
@@ -160,8 +160,6 @@ pub struct Session {
     /// Current values of the sliders.
     pub params: Params,
     pub sampling: SamplingOptions,
-    /// Where the shape was seen from.
-    pub vantage: Vantage,
     pub pace: Pace,
     pub live: Live,
     pub activity: Activity,
@@ -233,7 +231,6 @@ impl Session {
             other_camera: Camera::default(),
             params,
             sampling,
-            vantage: Vantage::default(),
             pace: DEFAULT_PACE,
             live: Live::default(),
             activity: Activity::Idle,
@@ -334,7 +331,6 @@ impl Session {
             loaded: self.loaded.clone(),
             params: self.params,
             sampling: self.sampling,
-            vantage: self.vantage,
             timeline: self.timeline.clone(),
             selection: self.selection.clone(),
             selected_points: Arc::clone(&self.selected_points),
@@ -352,15 +348,14 @@ impl Session {
     }
 
     /// The parameters with which the current run started, if start parameters
-    /// have changed since: the algorithm, K, the seed or from where the shape was
-    /// seen, as far as the next run uses them.
+    /// have changed since: the algorithm, K or the seed, as far as the next run
+    /// uses them.
     pub fn stale_start(&self) -> Option<Params> {
         let start = self.snapshot.as_ref()?.start;
         let now = &self.params;
         let differs = start.algorithm != now.algorithm
             || (start.clusters != now.clusters && now.reads(Setting::Clusters))
-            || (start.seed != now.seed && now.reads(Setting::Seed))
-            || (start.seen_from != now.seen_from && now.reads(Setting::SeenFrom));
+            || (start.seed != now.seed && now.reads(Setting::Seed));
         differs.then_some(start)
     }
 }

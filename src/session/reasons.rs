@@ -26,8 +26,6 @@ impl Session {
                 | Verb::MergeAll
                 | Verb::Reset
                 | Verb::Resample
-                | Verb::SeenFromHere
-                | Verb::ForgetViewpoint
                 | Verb::FrameAll
                 | Verb::Export
                 | Verb::ExportAgain
@@ -83,8 +81,6 @@ impl Session {
             Verb::NextState | Verb::LastState => "Already at the latest state",
             Verb::ContinueHere => "This is the latest state; use Run to continue",
             Verb::Resample => "The sampling settings have not changed",
-            Verb::SeenFromHere => "Only merging by energy and the final refinement use viewpoints",
-            Verb::ForgetViewpoint => "No viewpoint is known",
             Verb::CopyPrimitives | Verb::CopyCsv => "No primitives",
             Verb::ExportAgain if !is_busy => {
                 "The last export format needs a mesh, but the shape is a point cloud"

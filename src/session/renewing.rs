@@ -7,21 +7,13 @@ use std::sync::Arc;
 use super::verb::Verb;
 use super::{Effect, Session};
 use crate::geometry::palette::Colors;
-use crate::inference::{Abstraction, Params, Phase, SeenFrom, Setting, UNASSIGNED};
-use crate::worker::{Activity, Command, LiveResult, LoadedShape, Setup, Vantage};
+use crate::inference::{Abstraction, Params, Phase, UNASSIGNED};
+use crate::worker::{Activity, Command, LiveResult, SamplingOptions, Setup};
 
 impl Session {
-    /// The current parameters, sampling and viewpoint.
-    pub(super) fn setup(&self) -> Setup {
-        Setup { params: self.params, sampling: self.sampling, vantage: self.vantage }
-    }
-
-    /// Whether a run with these parameters on that cloud is the one that the
-    /// current setup leads to.
-    fn is_made_as_set(&self, params: Params, loaded: &LoadedShape) -> bool {
-        let now = self.setup();
-        let is_seen_so = !minds_viewpoints(&params) || loaded.is_seen_from(&now.vantage);
-        is_seen_so && makes_same_run(&Setup { params, sampling: loaded.sampling, ..now }, &now)
+    /// The current parameters and sampling.
+    fn setup(&self) -> Setup {
+        Setup { params: self.params, sampling: self.sampling }
     }
 
     /// Whether the update in progress is older than the last request.
@@ -29,8 +21,8 @@ impl Session {
         self.live.under_way.is_some_and(|setup| !makes_same_run(&setup, &self.setup()))
     }
 
-    /// Whether the shown result does not match the current parameters,
-    /// sampling and viewpoint, and no update is in progress.
+    /// Whether the shown result does not match the current parameters and
+    /// sampling, and no update is in progress.
     pub fn is_outdated(&self) -> bool {
         let (Some(snapshot), Some(loaded)) = (&self.snapshot, &self.loaded) else { return false };
         if self.activity != Activity::Idle || self.live.is_renewing() || self.live.is_due {
@@ -38,18 +30,17 @@ impl Session {
         }
         // A start knows nothing yet of what iterations and merges read.
         let is_start = snapshot.abstraction.phase == Phase::Start;
-        let params = if is_start { self.params } else { snapshot.params };
-        !self.is_made_as_set(params, loaded) || self.stale_start().is_some()
+        let made_with =
+            Setup { params: if is_start { self.params } else { snapshot.params }, sampling: loaded.sampling };
+        !makes_same_run(&made_with, &self.setup()) || self.stale_start().is_some()
     }
 
     /// Runs so that the result matches the current parameters and sampling;
     /// restarts a run that would otherwise keep its old start or samples.
     pub(super) fn run_as_set(&mut self) -> Vec<Effect> {
         let has_samples = self.loaded.as_ref().is_some_and(|l| l.sampling == self.sampling);
-        let is_seen_so = !minds_viewpoints(&self.params)
-            || self.loaded.as_ref().is_some_and(|l| l.is_seen_from(&self.vantage));
         let is_over = self.phase() == Some(Phase::Finished);
-        if has_samples && (is_over || (is_seen_so && self.stale_start().is_none())) {
+        if has_samples && (is_over || self.stale_start().is_none()) {
             self.apply_verb(Verb::Run)
         } else {
             self.renew(true)
@@ -58,35 +49,24 @@ impl Session {
 
     /// Applies another setup. With Live on, starts an update if the run would
     /// differ; otherwise the parameters wait for the next step or start.
-    pub(super) fn take_setup(&mut self, setup: Setup) -> Vec<Effect> {
+    pub(super) fn take_setup(&mut self, params: Params, sampling: SamplingOptions) -> Vec<Effect> {
         let before = self.setup();
-        let Setup { params, sampling, vantage } = setup;
         self.params = params;
         self.sampling = sampling;
-        self.vantage = vantage;
         if params != before.params {
             // Another merge rule may accept what the last one refused.
             self.merges_are_exhausted = false;
         }
-        if self.live.is_on && !makes_same_run(&before, &setup) {
+        if self.live.is_on && !makes_same_run(&before, &self.setup()) {
             let renewal = self.renew(false);
             if !renewal.is_empty() {
                 return renewal;
             }
         }
-        let set_params = (params != before.params).then_some(Command::SetParams(params));
-        let set_vantage = (vantage != before.vantage).then_some(Command::SetVantage(vantage));
-        set_params.into_iter().chain(set_vantage).map(Effect::Send).collect()
-    }
-
-    /// Says where the shape was seen from, or that nobody knows.
-    pub(super) fn see_from(&mut self, vantage: Vantage) -> Vec<Effect> {
-        let mut setup = Setup { vantage, ..self.setup() };
-        if matches!(vantage, Vantage::Place(_)) && setup.params.seen_from == SeenFrom::All {
-            // Otherwise nothing would come of it.
-            setup.params.seen_from = SeenFrom::Auto;
+        if params == before.params {
+            return Vec::new();
         }
-        self.take_setup(setup)
+        vec![Effect::Send(Command::SetParams(params))]
     }
 
     /// A drag has paused: runs for outdated values need not be finished.
@@ -100,7 +80,8 @@ impl Session {
         let (true, Some(snapshot), Some(loaded)) = (on, &self.snapshot, &self.loaded) else {
             return Vec::new();
         };
-        let same = |params| self.is_made_as_set(params, loaded);
+        let now = self.setup();
+        let same = |params| makes_same_run(&Setup { params, sampling: loaded.sampling }, &now);
         // A run whose parameters were changed on its way is of neither kind.
         if same(snapshot.start) && same(snapshot.params) { Vec::new() } else { self.renew(false) }
     }
@@ -133,7 +114,7 @@ impl Session {
     /// selection and hidden primitives where they can be matched.
     pub(super) fn absorb_renewed(&mut self, renewed: &LiveResult) {
         let Some(last) = renewed.states.last() else { return };
-        let is_same_cloud = self.loaded.as_ref().is_some_and(|l| l.has_samples_of(&renewed.loaded));
+        let is_same_cloud = self.loaded.as_ref().is_some_and(|l| Arc::ptr_eq(l, &renewed.loaded));
         if !is_same_cloud {
             self.explained = None;
             // Indices of samples mean nothing among others.
@@ -172,14 +153,7 @@ impl Session {
 
 /// Whether both lead to the same run, ignoring parameters that the method does not use.
 fn makes_same_run(a: &Setup, b: &Setup) -> bool {
-    a.sampling == b.sampling
-        && a.params == b.params.with_unread_of(&a.params)
-        && (a.vantage == b.vantage || !minds_viewpoints(&a.params))
-}
-
-/// Whether it matters where the shape was seen from.
-fn minds_viewpoints(params: &Params) -> bool {
-    params.reads(Setting::SeenFrom) && params.seen_from != SeenFrom::All
+    a.sampling == b.sampling && a.params == b.params.with_unread_of(&a.params)
 }
 
 /// For each primitive of `before`, the one of `after` that contains most of its

@@ -52,11 +52,6 @@ impl SceneFromInput {
         Point3::from(self.rotation * ((input - self.center) * self.scale))
     }
 
-    /// Inverse of [`SceneFromInput::point`].
-    pub fn in_input(&self, scene: &Point3<f64>) -> Point3<f64> {
-        self.center + self.rotation.inverse() * scene.coords / self.scale
-    }
-
     pub fn shape(&self, input: &Superquadric) -> Superquadric {
         let center = self.point(&Point3::from(input.translation));
         Superquadric {

@@ -228,11 +228,6 @@ verbs! {
     ViewBottom: View, ctrl('7'), "Bottom", "Look from below";
     ToggleOrthographic: View, plain(Key::Char('5')), "Orthographic",
         "Use parallel instead of perspective projection";
-    SeenFromHere: View, None, "Seen from here", "The shape was scanned from where the camera is: what lies \
-         behind its seen surface is unknown, not empty";
-    ForgetViewpoint: View, None, "Forget viewpoint",
-        "Do not use the place from which the shape was seen; with Auto, the points tell whether one side \
-         shows all of them";
     ToolClick: View, plain(Key::Char('W')), "Click select", "Drag to orbit, click to select";
     ToolBox: View, plain(Key::Char('B')), "Box select",
         "Drag a box around what to select; Shift adds, Ctrl removes, Alt orbits, Esc leaves the tool";

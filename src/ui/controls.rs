@@ -10,7 +10,7 @@ use super::widgets::{
 use crate::geometry::kernel::Distance;
 use crate::geometry::{Isolated, Surface};
 use crate::inference::parameters::{Number, Taken};
-use crate::inference::{MergeRule, Method, PARAMETERS, Parameter, Params, SeenFrom, Setting, Sighting};
+use crate::inference::{MergeRule, Method, PARAMETERS, Parameter, Params, Setting};
 use crate::io::ShapeGeometry;
 use crate::session::Session;
 use crate::session::action::Action;
@@ -96,7 +96,6 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         ));
         sampling.isolated = if leave_out { Isolated::LeaveOut } else { Isolated::Keep };
     }
-    sighting(ui, session, actions);
     // With Live on, it is done without a word.
     let is_due = session.is_enabled(Verb::Resample) && !session.awaits_newer_run();
     if is_due {
@@ -105,31 +104,6 @@ fn shape(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     if sampling != session.sampling {
         actions.push(Action::SetSampling(sampling));
     }
-}
-
-/// From where the shape is taken to have been seen, unless it is from all sides.
-fn sighting(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
-    let Some(snapshot) = &session.snapshot else { return };
-    let sighting = &snapshot.abstraction.sighting;
-    let Some(note) = sighting.note() else { return };
-    let text = match sighting {
-        Sighting::AllSides => return,
-        Sighting::Given { viewpoints: 1 } => "Seen from one viewpoint".to_owned(),
-        Sighting::Given { viewpoints } => format!("Seen from {viewpoints} viewpoints"),
-        Sighting::FoundPlace { .. } | Sighting::FoundDirection { .. } => "Seen from one side".to_owned(),
-    };
-    ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new(text).color(Palette::of(ui).accent)).on_hover_text(format!(
-            "This run took the shape as {note}. What lies behind the seen surface is unknown, not empty"
-        ));
-        // What was chosen meanwhile waits for the next start.
-        if session.params.seen_from != SeenFrom::All {
-            let button = ui.small_button("Use all sides");
-            if button.on_hover_text("Every place without points is empty").clicked() {
-                actions.push(Action::SetParams(Params { seen_from: SeenFrom::All, ..session.params }));
-            }
-        }
-    });
 }
 
 fn run(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
@@ -191,25 +165,6 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
     section(ui, "Parameters");
     let mut p = session.params;
     method(ui, &p, actions);
-    Choices {
-        setting: Setting::SeenFrom,
-        options: &[
-            (
-                SeenFrom::Auto,
-                "Auto",
-                "From its viewpoints if they are known; from one side if that shows all points; otherwise \
-                 from all sides",
-            ),
-            (SeenFrom::All, "All sides", "Every place without points is empty"),
-            (
-                SeenFrom::OneSide,
-                "One side",
-                "From its viewpoints if they are known, otherwise from the side that shows the most points. \
-                 What lies behind the seen surface is unknown, not empty",
-            ),
-        ],
-    }
-    .show(ui, session, &mut p, |p| &mut p.seen_from);
     for parameter in &PARAMETERS {
         number(ui, session, &mut p, parameter);
         match parameter.setting {
@@ -276,9 +231,7 @@ fn parameters(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
         });
     }
     if let (Some(start), false) = (session.stale_start(), session.live.is_renewing()) {
-        let text = if start.algorithm == p.algorithm && (start.clusters, start.seed) == (p.clusters, p.seed) {
-            "“Seen from” applies from the next start.".to_owned()
-        } else if start.algorithm == p.algorithm {
+        let text = if start.algorithm == p.algorithm {
             format!(
                 "K and seed apply from the next start. This run: K = {}, seed {}.",
                 start.clusters, start.seed

@@ -103,11 +103,6 @@ pub(super) fn show(ui: &mut Ui, session: &Session, actions: &mut Vec<Action>) {
                 }
             });
             menu_item(ui, session, Verb::ToggleOrthographic, actions);
-            ui.separator();
-            for verb in [Verb::SeenFromHere, Verb::ForgetViewpoint] {
-                menu_item(ui, session, verb, actions);
-            }
-            ui.separator();
             menu(ui, "Up axis", |ui| {
                 for (axis, text) in [(UpAxis::Y, "Y is up"), (UpAxis::Z, "Z is up")] {
                     if ui.radio(session.view.up == axis, text).clicked() {

@@ -51,14 +51,12 @@ fn outdated(ctx: &Context, session: &Session, viewport: egui::Rect, actions: &mu
             Frame::popup(ui.style()).inner_margin(egui::Margin::symmetric(10, 5)).show(ui, |ui| {
                 ui.horizontal(|ui| {
                     let palette = Palette::of(ui);
-                    ui.label(RichText::new("Parameters changed").color(palette.warn)).on_hover_text(
-                        "The shown result was computed with different parameters, samples or viewpoints",
-                    );
+                    ui.label(RichText::new("Parameters changed").color(palette.warn))
+                        .on_hover_text("The shown result was computed with different parameters or samples");
                     let text = RichText::new("Run").color(palette.on_accent).strong();
                     let run = ui.add(Button::new(text).fill(palette.accent));
                     let run = run.accessible_name("Run with changed parameters");
-                    if run.on_hover_text("Run with the current parameters, samples and viewpoints").clicked()
-                    {
+                    if run.on_hover_text("Run with the current parameters and samples").clicked() {
                         actions.push(Action::RunAsSet);
                     }
                 });

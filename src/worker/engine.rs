@@ -11,7 +11,7 @@ use super::machine::Steppable;
 use super::measure::{Measurer, References};
 use super::pacer::Pacer;
 use super::protocol::{
-    Activity, Cause, Command, Event, ExportRequest, SeedNews, SeedRequest, Setup, Snapshot, State, Vantage,
+    Activity, Cause, Command, Event, ExportRequest, SeedNews, SeedRequest, Setup, Snapshot, State,
 };
 use super::seeds::SeedRunner;
 use super::source;
@@ -51,8 +51,6 @@ pub(super) struct Engine<M> {
     /// That of the latest order; one that was held is older.
     asked: u64,
     params: Params,
-    /// Of the runs to come.
-    vantage: Vantage,
     pacer: Pacer,
     work: Goal,
     present: Option<Present<M>>,
@@ -86,7 +84,6 @@ impl<M: Steppable> Engine<M> {
             epoch: 0,
             asked: 0,
             params: Params::default(),
-            vantage: Vantage::default(),
             pacer: Pacer::new(Instant::now()),
             work: Goal::Nothing,
             present: None,
@@ -168,10 +165,6 @@ impl<M: Steppable> Engine<M> {
         match command {
             Command::SetParams(params) => {
                 self.set_params(params);
-                return;
-            }
-            Command::SetVantage(vantage) => {
-                self.vantage = vantage;
                 return;
             }
             Command::SetPace(pace) => {

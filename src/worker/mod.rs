@@ -44,7 +44,7 @@ use machine::Steppable;
 pub(crate) use outbox::Outbox;
 pub use protocol::{
     Activity, Cause, Command, Event, ExportRequest, Helper, LiveResult, LoadedShape, Measurement, Pace,
-    SamplingOptions, SeedNews, SeedRequest, SeedRun, Setup, Snapshot, Source, State, Vantage,
+    SamplingOptions, SeedNews, SeedRequest, SeedRun, Setup, Snapshot, Source, State,
 };
 pub use trouble::FAULT;
 

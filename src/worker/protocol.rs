@@ -6,8 +6,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::Duration;
 
-use nalgebra::Point3;
-
 pub use crate::geometry::SamplingOptions;
 use crate::geometry::brief::Brief;
 use crate::geometry::metrics::Metrics;
@@ -26,38 +24,6 @@ pub enum Source {
     BuiltIn,
 }
 
-/// Where a shape was seen from, as far as anybody says so.
-#[derive(Debug, Clone, Copy, PartialEq, Default, serde::Serialize, serde::Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub enum Vantage {
-    /// From the viewpoints that were read with it.
-    #[default]
-    AsRead,
-    /// From this place, in input units.
-    Place(Point3<f64>),
-    /// Nobody says so.
-    Unknown,
-}
-
-impl Vantage {
-    /// The viewpoints of the shape.
-    pub fn viewpoints<'a>(&'a self, shape: &'a Shape) -> &'a [Point3<f64>] {
-        match self {
-            Self::AsRead => &shape.viewpoints,
-            Self::Place(place) => std::slice::from_ref(place),
-            Self::Unknown => &[],
-        }
-    }
-
-    /// Whether its numbers can be used.
-    pub fn is_sound(&self) -> bool {
-        match self {
-            Self::Place(place) => place.iter().all(|c| c.is_finite()),
-            Self::AsRead | Self::Unknown => true,
-        }
-    }
-}
-
 /// What the owner asks of the worker. Commands are answered in order; a
 /// command that starts long work can be overtaken by `Pause` and by a newer
 /// `Load` or `Reset` (they raise the cancel flag on their way in).
@@ -69,9 +35,6 @@ pub enum Command {
     Resample(SamplingOptions),
     /// Use these parameters from the next step on.
     SetParams(Params),
-    /// Start the next run from samples that were seen from here; they are not
-    /// sampled anew.
-    SetVantage(Vantage),
     /// Make the whole run anew with this setup, as fast as it goes and out of
     /// sight: the present state stays until [`Event::LiveFinished`] replaces it by
     /// the finished one. Of the renewals that wait only the latest is made. The
@@ -140,7 +103,6 @@ impl Command {
     pub(super) fn asks(&self) -> bool {
         match self {
             Self::SetParams(_)
-            | Self::SetVantage(_)
             | Self::SetPace(_)
             | Self::Renew { .. }
             | Self::Measure(_)
@@ -166,10 +128,7 @@ impl Command {
     pub(super) fn replaces(&self, earlier: &Self) -> bool {
         match self {
             Self::SetParams(_) => matches!(earlier, Self::SetParams(_)),
-            Self::SetVantage(_) => matches!(earlier, Self::SetVantage(_)),
-            Self::Renew { .. } => {
-                matches!(earlier, Self::SetParams(_) | Self::SetVantage(_) | Self::Renew { .. })
-            }
+            Self::Renew { .. } => matches!(earlier, Self::SetParams(_) | Self::Renew { .. }),
             _ => false,
         }
     }
@@ -192,7 +151,6 @@ impl Command {
             | Self::Measure(_)
             | Self::Estimate(_)
             | Self::SetParams(_)
-            | Self::SetVantage(_)
             | Self::Renew { .. }
             | Self::Pause
             | Self::Reset
@@ -218,7 +176,6 @@ pub struct ExportRequest {
 pub struct Setup {
     pub params: Params,
     pub sampling: SamplingOptions,
-    pub vantage: Vantage,
 }
 
 /// A finished run that takes the place of the present one.
@@ -271,30 +228,6 @@ pub struct LoadedShape {
     pub shape: Arc<Shape>,
     pub cloud: Arc<SampleCloud>,
     pub sampling: SamplingOptions,
-}
-
-impl LoadedShape {
-    /// Whether its samples are those of a shape that was seen from there.
-    pub fn is_seen_from(&self, vantage: &Vantage) -> bool {
-        self.cloud.viewpoints == vantage.viewpoints(&self.shape)
-    }
-
-    /// The same samples, seen from there.
-    pub(super) fn cloud_from(&self, vantage: &Vantage) -> Arc<SampleCloud> {
-        if self.is_seen_from(vantage) {
-            return Arc::clone(&self.cloud);
-        }
-        let viewpoints = vantage.viewpoints(&self.shape).to_vec();
-        Arc::new(SampleCloud { viewpoints, ..(*self.cloud).clone() })
-    }
-
-    /// Whether a sample has the same index in both.
-    pub fn has_samples_of(&self, other: &Self) -> bool {
-        Arc::ptr_eq(&self.cloud, &other.cloud)
-            || (Arc::ptr_eq(&self.shape, &other.shape)
-                && self.sampling == other.sampling
-                && self.cloud.points == other.cloud.points)
-    }
 }
 
 /// A state with what it belongs to.

@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use super::protocol::{ExportRequest, SamplingOptions, Source, State, Vantage};
+use super::protocol::{ExportRequest, SamplingOptions, Source, State};
 use crate::geometry::SampleCloud;
 use crate::geometry::metrics::{MetricOptions, Reference};
 use crate::inference::Edit;
@@ -23,14 +23,9 @@ pub(super) fn read_primitives(path: &Path) -> Result<Edit, String> {
     io::read_primitives(path).map(|stored| stored.brought_in()).map_err(|error| chain(&error))
 }
 
-/// Samples the shape, as seen from there.
-pub(super) fn sample(
-    shape: &Shape,
-    sampling: SamplingOptions,
-    vantage: &Vantage,
-) -> Result<Arc<SampleCloud>, String> {
-    let cloud = io::sample(shape, &sampling).map_err(|error| chain(&error))?;
-    Ok(Arc::new(SampleCloud { viewpoints: vantage.viewpoints(shape).to_vec(), ..cloud }))
+/// Samples the shape.
+pub(super) fn sample(shape: &Shape, sampling: SamplingOptions) -> Result<Arc<SampleCloud>, String> {
+    io::sample(shape, &sampling).map(Arc::new).map_err(|error| chain(&error))
 }
 
 /// Prepares the shape for being measured against, as `evaluate` does.

@@ -17,7 +17,7 @@ use superform::session::timeline::{Branch, Origin, Timeline};
 use superform::session::undo::{Step, Undo};
 use superform::session::view::{Layer, View};
 use superform::session::workspace::Workspace;
-use superform::worker::{Cause, LoadedShape, Pace, Snapshot, Vantage};
+use superform::worker::{Cause, LoadedShape, Pace, Snapshot};
 
 /// A shape with its samples and the states of a run on them.
 #[derive(Debug, Clone)]
@@ -131,7 +131,6 @@ impl Material {
             loaded: Some(Arc::clone(&self.loaded)),
             params: Params { alpha: 0.75, ..self.states[0].params },
             sampling: self.loaded.sampling,
-            vantage: Vantage::Place(Point3::new(1.5, -2.0, 0.25)),
             selection: primitives.iter().map(|p| p.id).take(1).collect(),
             selected_points: [1, 5, 8].into(),
             hidden: primitives.iter().map(|p| p.id).skip(1).collect(),
@@ -146,7 +145,6 @@ pub(crate) fn empty_document() -> Document {
         loaded: None,
         params: Params::default(),
         sampling: SamplingOptions::default(),
-        vantage: Vantage::default(),
         timeline: Timeline::default(),
         selection: [].into(),
         selected_points: [].into(),
@@ -219,7 +217,7 @@ pub(crate) fn assert_same_document(a: &Document, b: &Document) {
     if let (Some(a), Some(b)) = (&a.loaded, &b.loaded) {
         assert_same_shape(a, b);
     }
-    assert_eq!((a.params, a.sampling, a.vantage), (b.params, b.sampling, b.vantage));
+    assert_eq!((a.params, a.sampling), (b.params, b.sampling));
     assert_eq!((&a.selection, &a.selected_points, &a.hidden), (&b.selection, &b.selected_points, &b.hidden));
     let (a, b) = (&a.timeline, &b.timeline);
     assert_eq!(

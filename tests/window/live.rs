@@ -5,7 +5,7 @@ use std::time::Instant;
 use crate::driver::{Driver, PATIENCE, Role, options};
 use egui::{Key, Modifiers};
 use egui_kittest::kittest::Queryable;
-use superform::inference::{Phase, SeenFrom, Sighting};
+use superform::inference::Phase;
 use superform::session::Session;
 use superform::worker::{Activity, Pace, Source};
 
@@ -101,44 +101,6 @@ fn live_off_leaves_sliders_to_the_next_step() {
     driver.settle();
     assert_eq!(driver.session().snapshot.as_ref().unwrap().start.clusters, 5);
     assert!(!driver.shows("This run: K"));
-}
-
-#[test]
-fn it_is_told_from_where_the_shape_was_seen() {
-    let sighting = |driver: &Driver| driver.session().snapshot.as_ref().unwrap().abstraction.sighting;
-    let mut driver = Driver::finished();
-    assert_eq!(sighting(&driver), Sighting::AllSides);
-    assert!(!driver.shows("Seen from one"));
-    driver.choose("Seen from", "One side");
-    driver.settle();
-    let found = sighting(&driver);
-    assert!(matches!(found, Sighting::FoundPlace { .. } | Sighting::FoundDirection { .. }), "{found:?}");
-    assert!(driver.shows("Seen from one side"));
-    // Without Live it waits for the next run.
-    driver.toggle("Live");
-    driver.press("Use all sides");
-    assert_eq!(driver.session().params.seen_from, SeenFrom::All);
-    assert!(!driver.has_button("Use all sides"), "once is enough");
-    driver.press("Run with changed parameters");
-    driver.settle();
-    assert_eq!(sighting(&driver), Sighting::AllSides);
-    assert!(!driver.shows("Seen from one"));
-
-    let points = driver.session().loaded.as_ref().unwrap().cloud.points.clone();
-    driver.press("View");
-    driver.press("Seen from here");
-    driver.harness.run_steps(3);
-    assert!(driver.shows("Parameters changed"));
-    driver.press("Run with changed parameters");
-    driver.settle();
-    assert_eq!(sighting(&driver), Sighting::Given { viewpoints: 1 });
-    assert!(driver.shows("Seen from one viewpoint") && !driver.shows("Parameters changed"));
-    assert_eq!(driver.session().loaded.as_ref().unwrap().cloud.points, points, "the samples are the same");
-    driver.toggle("Live");
-    driver.press("View");
-    driver.press("Forget viewpoint");
-    driver.settle();
-    assert_ne!(sighting(&driver), Sighting::Given { viewpoints: 1 });
 }
 
 #[test]

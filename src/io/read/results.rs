@@ -75,7 +75,6 @@ impl LabelledPoints {
     /// All finite points as samples of the shape, and their labels.
     pub fn samples_of(&self, shape: &Shape) -> (SampleCloud, Vec<u32>) {
         let cloud = SampleCloud::from_points(&self.points);
-        let cloud = SampleCloud { viewpoints: shape.viewpoints.clone(), ..cloud };
         let map = cloud.sample_of_input.iter().flatten();
         let labels =
             map.zip(&self.labels).filter(|(sample, _)| **sample != NO_SAMPLE).map(|(_, label)| *label);
@@ -181,7 +180,6 @@ impl OpenedResult {
         };
         // Sampled as then, each sample has the label of all points that it stands for.
         let cloud = sample_cloud(&input.points, &self.sampling).ok()?;
-        let cloud = SampleCloud { viewpoints: self.shape.viewpoints.clone(), ..cloud };
         let map = cloud.sample_of_input.as_ref()?;
         let mut of_samples = vec![None; cloud.points.len()];
         for (&sample, &label) in map.iter().zip(&segmented.labels).filter(|(sample, _)| **sample != NO_SAMPLE)

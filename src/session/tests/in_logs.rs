@@ -66,7 +66,7 @@ fn messages_from_and_to_the_worker_are_short_however_large_the_shape() {
     let State { loaded, snapshot } = state.clone();
     let params = Params::default();
     let sampling = SamplingOptions::default();
-    let setup = Setup { params, sampling, vantage: Vantage::default() };
+    let setup = Setup { params, sampling };
     let states = vec![snapshot.clone(); MANY];
     let colors = Arc::new(Colors::new(BTreeMap::new(), 0..MANY as u32));
     let union = Superquadric::sphere(Point3::origin(), 1.0);
@@ -107,7 +107,6 @@ fn messages_from_and_to_the_worker_are_short_however_large_the_shape() {
         Command::Measure(state.clone()),
         Command::Estimate(vec![state.clone(); 200].into()),
         Command::RunSeeds(Box::new(request)),
-        Command::SetVantage(Vantage::Place(Point3::origin())),
     ];
     let lines = told(&commands);
     assert!(lines[3].contains("large.ply") && lines[3].contains("iteration: 30"), "{}", lines[3]);

@@ -1,8 +1,7 @@
 //! Live, as the session sees it.
 
 use super::*;
-use crate::inference::SeenFrom;
-use crate::worker::{LiveResult, Setup, Vantage};
+use crate::worker::{LiveResult, Setup};
 
 fn live() -> Session {
     let mut session = session();
@@ -36,7 +35,7 @@ fn renewed(session: &Session, labels: [u32; 9]) -> Event {
         Arc::new(state)
     };
     Event::LiveFinished(Arc::new(LiveResult {
-        setup: session.setup(),
+        setup: Setup { params: session.params, sampling: session.sampling },
         loaded: Arc::clone(session.loaded.as_ref().expect("a shape")),
         states: vec![state(Phase::Start, 0), state(Phase::Sampling, 1), state(Phase::Finished, 2)],
     }))
@@ -51,7 +50,7 @@ fn a_change_makes_the_run_anew_and_moves_nothing_else() {
     let buttons = |s: &Session| others().map(|v| s.is_enabled(*v)).collect::<Vec<_>>();
     let idle = buttons(&session);
     let effects = turn(&mut session, 3.0);
-    let expected = Setup { params: Params { alpha: 3.0, ..Params::default() }, ..session.setup() };
+    let expected = Setup { params: Params { alpha: 3.0, ..Params::default() }, sampling: session.sampling };
     assert_eq!(renewal(&effects), Some((expected, false)));
     assert_eq!(session.activity, Activity::LiveRun);
     session.absorb(Event::LiveStarted(expected));
@@ -151,44 +150,4 @@ fn the_selection_goes_with_the_points() {
     let result = renewed(&session, [4; 9]);
     session.absorb(result);
     assert_eq!((&session.selection, &session.hidden), (&[4].into(), &[].into()));
-}
-
-#[test]
-fn the_camera_tells_where_the_shape_was_seen_from() {
-    let mut session = live();
-    assert!(!session.is_enabled(Verb::ForgetViewpoint));
-    session.apply(Action::SetParams(Params { seen_from: SeenFrom::All, ..session.params }));
-    session.absorb(Event::Activity(Activity::Idle));
-    let effects = session.apply(Action::Verb(Verb::SeenFromHere));
-    let setup = renewal(&effects).expect("Live is on").0;
-    let Vantage::Place(place) = setup.vantage else { panic!("{setup:?}") };
-    assert!((session.scene.point(&place) - session.camera.eye()).norm() < 1e-9, "in input units");
-    assert_eq!(setup.params.seen_from, SeenFrom::Auto, "all sides would not look at it");
-    session.absorb(Event::Activity(Activity::Idle));
-    assert!(session.is_outdated(), "the result is not there yet");
-
-    // Without Live it waits, and it can be undone and forgotten.
-    session.apply(Action::Verb(Verb::ToggleLive));
-    session.apply(Action::Verb(Verb::ToggleOrthographic));
-    let effects = session.apply(Action::Verb(Verb::SeenFromHere));
-    let [Effect::Send(Command::SetVantage(Vantage::Place(far)))] = effects[..] else { panic!("{effects:?}") };
-    let towards = session.scene.point(&far).coords;
-    assert!(towards.norm() > 20.0 && towards.normalize().dot(&-session.camera.forward()) > 1.0 - 1e-9);
-    let effects = session.apply(Action::Verb(Verb::Undo));
-    assert!(
-        effects.iter().any(|e| matches!(e, Effect::Send(Command::SetVantage(v)) if *v == setup.vantage)),
-        "{effects:?}"
-    );
-    assert_eq!(session.vantage, setup.vantage);
-    session.apply(Action::Verb(Verb::ForgetViewpoint));
-    assert_eq!(session.vantage, Vantage::Unknown);
-    assert!(!session.is_enabled(Verb::ForgetViewpoint));
-
-    // What was said of this shape is not true of the next.
-    session.apply(Action::Verb(Verb::SeenFromHere));
-    session.apply(Action::OpenFile("next.ply".into()));
-    let effects = session.absorb(Event::Loaded(loaded()));
-    assert!(matches!(effects[..], [Effect::Send(Command::SetVantage(Vantage::AsRead))]), "{effects:?}");
-    session.apply(Action::Verb(Verb::Undo));
-    assert!(matches!(session.vantage, Vantage::Place(_)));
 }

@@ -8,7 +8,6 @@ use super::super::protocol::{Cause, LiveResult, LoadedShape, SamplingOptions, Se
 use super::super::source;
 use super::super::trouble::Stop;
 use super::present::Present;
-use crate::geometry::SampleCloud;
 use crate::inference::{Cancel, Occurrence};
 
 /// A run in the making.
@@ -46,7 +45,7 @@ impl<M: Steppable> LiveRun<M> {
     /// Samples, starts or makes one step; whether that was the last.
     pub(super) fn advance(&mut self, cancel: &Cancel) -> Result<bool, Stop> {
         const WHAT: &str = "Cannot repeat the run";
-        let Setup { params, sampling, vantage } = self.setup;
+        let Setup { params, sampling } = self.setup;
         if cancel.is_requested() {
             return Err(Stop::Cancelled);
         }
@@ -55,16 +54,9 @@ impl<M: Steppable> LiveRun<M> {
             let occurrences = machine.step(cancel).map_err(|error| Stop::inference(WHAT, &error))?;
             self.keep(Cause::Step, occurrences, begun);
         } else if self.shape.sampling != sampling {
-            self.shape = resampled(&self.shape, &self.setup).map_err(|error| Stop::trouble(WHAT, error))?;
+            self.shape = resampled(&self.shape, sampling).map_err(|error| Stop::trouble(WHAT, error))?;
             self.run = 1;
             self.like = None;
-        } else if !self.shape.is_seen_from(&vantage) {
-            let cloud = self.shape.cloud_from(&vantage);
-            // What is locked stays locked.
-            let like = self.like.take().map(|like| M::resume(Arc::clone(&cloud), &like.checkpoint(), cancel));
-            self.like = like.transpose().map_err(|error| Stop::inference(WHAT, &error))?;
-            self.shape = Arc::new(of_cloud(&self.shape, cloud, sampling));
-            self.run = 1;
         } else {
             let started = match self.like.take() {
                 Some(like) => like.restarted(params, cancel),
@@ -119,11 +111,8 @@ pub(super) struct Finished<M> {
     pub(super) renewed: LiveResult,
 }
 
-fn resampled(old: &LoadedShape, setup: &Setup) -> Result<Arc<LoadedShape>, String> {
-    let cloud = source::sample(&old.shape, setup.sampling, &setup.vantage)?;
-    Ok(Arc::new(of_cloud(old, cloud, setup.sampling)))
-}
-
-fn of_cloud(old: &LoadedShape, cloud: Arc<SampleCloud>, sampling: SamplingOptions) -> LoadedShape {
-    LoadedShape { generation: old.generation + 1, shape: Arc::clone(&old.shape), cloud, sampling }
+fn resampled(old: &LoadedShape, sampling: SamplingOptions) -> Result<Arc<LoadedShape>, String> {
+    let cloud = source::sample(&old.shape, sampling)?;
+    let shape = Arc::clone(&old.shape);
+    Ok(Arc::new(LoadedShape { generation: old.generation + 1, shape, cloud, sampling }))
 }

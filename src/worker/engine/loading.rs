@@ -4,7 +4,7 @@ use std::sync::Arc;
 use std::time::Duration;
 
 use super::super::machine::Steppable;
-use super::super::protocol::{Cause, Event, LoadedShape, SamplingOptions, Source, Vantage};
+use super::super::protocol::{Cause, Event, LoadedShape, SamplingOptions, Source};
 use super::super::source;
 use super::super::trouble::{Stop, guarded};
 use super::Engine;
@@ -27,9 +27,7 @@ impl<M: Steppable> Engine<M> {
                 return Err(Stop::Cancelled);
             }
             match source::read(source).map_err(|error| Stop::trouble(what.as_str(), error))? {
-                Opened::Shape(shape) => {
-                    sampled::<M>(&what, Arc::from(shape), sampling, &Vantage::AsRead, params, &cancel)
-                }
+                Opened::Shape(shape) => sampled::<M>(&what, Arc::from(shape), sampling, params, &cancel),
                 Opened::Result(result) => taken::<M>(&what, *result, sampling, params, &cancel),
                 Opened::Session(path) => {
                     Err(Stop::trouble(what.as_str(), ReadError::Session { path }.to_string()))
@@ -47,28 +45,8 @@ impl<M: Steppable> Engine<M> {
         };
         let shape = Arc::clone(&present.shape.shape);
         let cancel = self.cancel.clone();
-        let (params, vantage) = (self.params, self.vantage);
-        let outcome =
-            guarded(|| sampled::<M>("Cannot resample the shape", shape, sampling, &vantage, params, &cancel));
-        self.take_in(outcome)
-    }
-
-    /// Back to the start of a run on the same samples, seen from elsewhere;
-    /// whether it worked.
-    pub(super) fn restart_elsewhere(&mut self) -> bool {
-        const WHAT: &str = "Cannot start the run";
-        let Some(present) = &self.present else { return false };
-        let (params, cancel) = (self.params, self.cancel.clone());
-        let (shape, sampling) = (Arc::clone(&present.shape.shape), present.shape.sampling);
-        let cloud = present.shape.cloud_from(&self.vantage);
-        let outcome = guarded(|| {
-            // What is locked stays locked.
-            let machine = M::resume(Arc::clone(&cloud), &present.machine.checkpoint(), &cancel)
-                .and_then(|machine| machine.restarted(params, &cancel))
-                .map_err(|error| Stop::inference(WHAT, &error))?;
-            let abstraction = machine.abstraction();
-            Ok(Fresh { shape, cloud, sampling, machine, abstraction, occurrences: Vec::new() })
-        });
+        let params = self.params;
+        let outcome = guarded(|| sampled::<M>("Cannot resample the shape", shape, sampling, params, &cancel));
         self.take_in(outcome)
     }
 
@@ -116,11 +94,10 @@ fn sampled<M: Steppable>(
     what: &str,
     shape: Arc<Shape>,
     sampling: SamplingOptions,
-    vantage: &Vantage,
     params: Params,
     cancel: &Cancel,
 ) -> Result<Fresh<M>, Stop> {
-    let cloud = source::sample(&shape, sampling, vantage).map_err(|error| Stop::trouble(what, error))?;
+    let cloud = source::sample(&shape, sampling).map_err(|error| Stop::trouble(what, error))?;
     started(what, shape, cloud, sampling, params, cancel)
 }
 
@@ -165,7 +142,7 @@ fn taken<M: Steppable>(
     let shape = Arc::new(Shape { notes, ..shape });
     let mut fresh: Fresh<M> = match known {
         Some((cloud, _)) => started(what, shape, Arc::new(cloud), result.sampling, params, cancel)?,
-        None => sampled(what, shape, sampling, &Vantage::AsRead, params, cancel)?,
+        None => sampled(what, shape, sampling, params, cancel)?,
     };
     fresh.occurrences = fresh.machine.edit(&edit, cancel).map_err(|error| Stop::inference(what, &error))?;
     fresh.abstraction = fresh.machine.abstraction();

@@ -27,7 +27,6 @@ const SLOW: Duration = Duration::from_millis(600);
 impl<M: Steppable> Engine<M> {
     /// Takes the setup for the renewal to come.
     pub(super) fn renew(&mut self, setup: Setup, at_once: bool) {
-        self.vantage = setup.vantage;
         // Where the flag is raised, the order that raised it decides how it goes on.
         if !self.set_params(setup.params) || self.cancel.is_requested() || self.present.is_none() {
             return;

@@ -22,9 +22,6 @@ impl<M: Steppable> Engine<M> {
             self.fail("Nothing to reset", "no shape is loaded; open one first");
             return false;
         };
-        if !present.shape.is_seen_from(&self.vantage) {
-            return self.restart_elsewhere();
-        }
         let cancel = self.cancel.clone();
         let params = self.params;
         let outcome = guarded(|| {

@@ -1,16 +1,10 @@
 //! Runs made anew while a slider is dragged: the latest wins, none starves.
 
-use nalgebra::Point3;
-
 use super::*;
 
 /// The setup that a hand on α asks for.
 fn setup(seed: u64, alpha: f64) -> Setup {
-    Setup {
-        params: Params { seed, alpha, ..Params::default() },
-        sampling: SamplingOptions::default(),
-        vantage: Vantage::default(),
-    }
+    Setup { params: Params { seed, alpha, ..Params::default() }, sampling: SamplingOptions::default() }
 }
 
 fn renew(worker: &mut Worker, setup: Setup, at_once: bool) {
@@ -191,38 +185,6 @@ fn other_samples_come_with_their_run() {
     let [result] = &results(&events)[..] else { panic!("{events:?}") };
     assert_eq!((result.loaded.cloud.points.len(), result.loaded.sampling), (300, sampling));
     assert!(result.states.iter().all(|s| s.generation == 2 && s.abstraction.labels.len() == 300));
-}
-
-#[test]
-fn another_vantage_keeps_the_samples() {
-    let mut worker = worker();
-    let loaded = |events: &[Event]| {
-        let found =
-            events.iter().find_map(|e| if let Event::Loaded(l) = e { Some(Arc::clone(l)) } else { None });
-        found.expect("a shape")
-    };
-    let first = loaded(&load(&mut worker, WELL_BEHAVED));
-    let vantage = Vantage::Place(Point3::new(0.0, -3.0, 1.0));
-    renew(&mut worker, Setup { vantage, ..setup(WELL_BEHAVED, 1.0) }, false);
-    let events = until_idle(&mut worker);
-    let [result] = &results(&events)[..] else { panic!("{events:?}") };
-    assert!(Arc::ptr_eq(&result.loaded.shape, &first.shape) && result.loaded.has_samples_of(&first));
-    assert!(result.loaded.is_seen_from(&vantage) && !first.is_seen_from(&vantage));
-    assert!(result.states.iter().all(|s| s.generation == 2));
-    // Without Live it waits for the next start: this one goes on from its samples.
-    worker.send(Command::SetVantage(Vantage::Unknown));
-    worker.send(an_edit());
-    assert_eq!(iterations(&until_idle(&mut worker)), [30]);
-    worker.send(Command::Run);
-    let events = until_idle(&mut worker);
-    let again = loaded(&events);
-    assert!(again.is_seen_from(&Vantage::Unknown) && again.has_samples_of(&first));
-    assert_eq!(iterations(&events), (0..=30).collect::<Vec<_>>());
-    // Other samples are seen from there, too; another shape is not.
-    worker.send(Command::SetVantage(vantage));
-    worker.send(Command::Resample(SamplingOptions { points: 300, ..SamplingOptions::default() }));
-    assert!(loaded(&until_idle(&mut worker)).is_seen_from(&vantage));
-    assert!(loaded(&load(&mut worker, WELL_BEHAVED)).is_seen_from(&Vantage::AsRead));
 }
 
 #[test]
